@@ -8,7 +8,7 @@
 ///
 /// ```
 /// tmcm::image! {
-///     firmware: tmcm::board::Tmcl<tmcm::module::Tmcm1140>,
+///     firmware: tmcm::board::Tmcl<tmcm::product::Tmcm1140>,
 ///     build: "cargo fw",
 ///     simulate: "cargo sim",
 /// }

@@ -57,16 +57,15 @@
 //! * [`can`] - a frame of the CAN bus
 //! * [`tmcl`] - the language: instruction table, commands, replies, the binary, ASCII and CAN codecs, text
 //! * [`param`] - what parameters there are, and how their tables are written
-//! * [`product`] - the parameter tables of each product
 //! * [`chip`] - one driver per part, on embedded-hal
 //! * [`motion`] - axes: moves, reference searches, motor current, what stops a motor
 //! * [`store`] - settings and the program in the EEPROM, safe against power cuts
 //! * [`device`] - the hardware of a module as every firmware has it: axes, inputs and outputs, supply, restart
 //! * [`vm`] - TMCL programs: registers, program counter, interrupts
-//! * [`executor`] - carries out the commands of TMCL that need no more than a device and the interpreter's registers;
-//!   products as data
+//! * [`executor`] - carries out the commands of TMCL that need no more than a device and the interpreter's registers
 //! * [`module`] - the TMCL firmware, a device, the executor, links and programs: `execute(command)`, `poll(now)`
 //! * [`canopen`] - the CANopen firmware, a device and CiA 301: `receive(frame)`, `next_frame()`, `poll(now)`
+//! * [`product`] - the products as data: parameters, memories, slots of settings
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //! * [`image!`] - the binary of an image
 //!
@@ -83,8 +82,6 @@ pub mod tmcl;
 
 pub mod param;
 
-pub mod product;
-
 pub mod chip;
 
 pub mod motion;
@@ -100,6 +97,8 @@ pub mod executor;
 pub mod module;
 
 pub mod canopen;
+
+pub mod product;
 
 #[cfg(all(target_os = "none", feature = "board"))]
 #[allow(unsafe_code)]

@@ -4,7 +4,7 @@
 #![deny(unsafe_code)]
 
 tmcm::image! {
-    firmware: tmcm::board::Tmcl<tmcm::module::Tmcm1140>,
+    firmware: tmcm::board::Tmcl<tmcm::product::Tmcm1140>,
     build: "cargo fw",
     simulate: "cargo sim",
 }

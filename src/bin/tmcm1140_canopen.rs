@@ -5,7 +5,7 @@
 #![deny(unsafe_code)]
 
 tmcm::image! {
-    firmware: tmcm::board::Canopen<tmcm::canopen::Tmcm1140>,
+    firmware: tmcm::board::Canopen<tmcm::product::Tmcm1140Canopen>,
     build: "cargo fw-canopen",
     simulate: "cargo sim --firmware canopen",
 }

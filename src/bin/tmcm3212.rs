@@ -4,7 +4,7 @@
 #![deny(unsafe_code)]
 
 tmcm::image! {
-    firmware: tmcm::board::Tmcl<tmcm::module::Tmcm3212>,
+    firmware: tmcm::board::Tmcl<tmcm::product::Tmcm3212>,
     build: "cargo fw-3212",
     simulate: "cargo sim --product 3212",
 }

@@ -4,7 +4,7 @@
 #![deny(unsafe_code)]
 
 tmcm::image! {
-    firmware: tmcm::board::Tmcl<tmcm::module::Tmcm6110>,
+    firmware: tmcm::board::Tmcl<tmcm::product::Tmcm6110>,
     build: "cargo fw-6110",
     simulate: "cargo sim --product 6110",
 }

@@ -47,7 +47,8 @@ pub use errors::{Emergency, Reaction};
 pub use node::Node;
 pub use object::{Computed, Object, ROWS, Row, Special, VERSION, Writing};
 pub use row::{ANY, Form, Initial, Kind, Storage, Type, When};
-pub use store::Tmcm1140;
+
+pub(crate) use store::{DEFAULTS, UNUSED};
 
 /// Identifier of the commands of the master.
 pub const COMMAND: u16 = 0x000;

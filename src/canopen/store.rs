@@ -1,6 +1,5 @@
-//! What is saved in the EEPROM: the objects with a slot, in three groups (1010h, 1011h, 2706h). The settings of the TMCL
-//! firmware have the same place with another tag: they count as foreign and are left alone until something is saved.
-//! Program memory belongs to that firmware and is never touched.
+//! What is saved in the EEPROM: the objects with a slot, in three groups (1010h, 1011h, 2706h). Program memory belongs to
+//! the TMCL firmware and is never touched.
 
 use core::task::Poll;
 
@@ -9,38 +8,19 @@ use super::entry::Entry;
 use super::object::{Object, ROWS, Row};
 use super::row::Storage;
 use super::values::{Values, entries};
-use crate::store::{FIRST_SLOT, Layout, Memory, Need, Pair, Store, Storing};
-
-/// The TMCM-1140 with the CANopen firmware, as a type: what its EEPROM, an AT25128, is used for.
-#[derive(Clone, Copy, Debug)]
-pub struct Tmcm1140;
+use crate::store::{FIRST_SLOT, Memory, Need, Store};
 
 /// The slot for the number of pages that are stored together, and for what follows the erasure of a program: there is none.
-const UNUSED: usize = FIRST_SLOT;
-/// The name of the layout of the TMCL firmware, which a test compares with that firmware's.
-const OF_TMCL: &[u8] = b"tmcm settings 2";
+pub(crate) const UNUSED: usize = FIRST_SLOT;
 /// Number of slots in use.
-pub(super) const SLOTS: usize = 123;
-
-impl Memory for Tmcm1140 {
-    const SIZE: usize = 16_384;
-    const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout {
-        tag: b"tmcm canopen 1",
-        defaults: const { &defaults() },
-        after_erasing: UNUSED,
-        other: 16,
-        storing: Storing::Epochs { pages: UNUSED, other: OF_TMCL },
-    };
-    type Program = [u8; 0];
-    type Values = [i32; 224];
-    type Pairs = [Pair; 16];
-}
+pub(crate) const SLOTS: usize = 123;
 
 /// The slot's value for a COB-ID that is its default: so it follows the node ID. No COB-ID is 0.
 const FOLLOWS_NODE: i32 = 0;
 
-/// The value of each slot after a factory reset. Evaluated by the compiler alone.
+/// The value of each slot after a factory reset.
+pub(crate) const DEFAULTS: [i32; SLOTS] = defaults();
+
 #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 const fn defaults() -> [i32; SLOTS] {
     let mut values = [0; SLOTS];

@@ -6,20 +6,12 @@
 //! although the bridges are on; what would be a fault of the drive stops the motor.
 
 use super::cia301::abort::Abort;
-use super::store::Tmcm1140;
 use crate::device::{Board, Device, Inputs, Inversion, Piece};
-use crate::executor::{Answered, LENGTH, Product, Solo, Spec, TMCM_1140};
+use crate::executor::{Answered, LENGTH, Product, Solo};
 use crate::units::Micros;
 
 /// Number of bytes of a command, and of a reply.
 pub(super) const COMMAND: usize = LENGTH;
-
-/// What the executor knows of the module; the version is that of the node.
-static SPEC: Spec = Spec { major: 3, minor: 20, commands: 0, slots: None, ..TMCM_1140 };
-
-impl Product for Tmcm1140 {
-    const SPEC: &'static Spec = &SPEC;
-}
 
 /// 1023h.2 after a command that was executed.
 const DONE: u8 = 1;

@@ -69,7 +69,7 @@ impl Slots {
 
     /// Stops the compiler where two settings would share a slot, or `slots` are too few for the last axis.
     #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
-    pub(super) const fn check(
+    pub(crate) const fn check(
         &self,
         axis: &Table<AxisParameter>,
         global: &Table<GlobalParameter>,

@@ -1,6 +1,9 @@
-//! The parameters of the TMCM-1140, in the manual's order.
+//! The TMCM-1140 with its TMCL firmware: one axis on one motion controller. The parameters are in the manual's order.
 
+use crate::executor::ports::Signal;
+use crate::executor::{CONVERTER_BITS, Product, Slots, Spec};
 use crate::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table, rows};
+use crate::store::{Layout, Memory, Pair, Storing};
 
 /// Axis parameters, read by GAP and written by SAP and AAP (manual chapter 4). Parameter 141 is not in the V1.42
 /// manual; it is here because existing host software reads this register of the TMC429. Slots count from the first
@@ -102,6 +105,53 @@ pub static GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(rows! 
     133 RandomNumber "random number" Number &[(0, i32::MAX)], ReadWrite Volatile 0 "writing seeds the generator",
     255 SuppressReply "suppress reply" Flag FLAG, ReadWrite Volatile 0 "not stored; replies to GAP, GGP and GIO are never suppressed",
 });
+
+/// The TMCM-1140; the version is that of the manual this firmware follows.
+pub static TMCM_1140: Spec = Spec {
+    name: *b"1140",
+    number: 1140,
+    major: 1,
+    minor: 42,
+    usb: "TMCM-1140",
+    axes: 1,
+    inputs: 4,
+    outputs: 2,
+    analog: 0b1,
+    analog_bits: CONVERTER_BITS,
+    signals: &[Signal::Supply, Signal::Temperature, Signal::EncoderZero],
+    pull_ups: 1,
+    lacks: &[],
+    limits_speed: false,
+    axis: &AXIS,
+    global: &GLOBAL,
+    commands: 2048,
+    slots: Some(SLOTS),
+};
+
+const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 66, coordinates: 46 };
+
+/// The TMCM-1140 as a type. Its EEPROM is an AT25128; the slots have room for a second axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm1140;
+
+impl Product for Tmcm1140 {
+    const SPEC: &'static Spec = &TMCM_1140;
+}
+
+impl Memory for Tmcm1140 {
+    const SIZE: usize = 16_384;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm settings 2",
+        defaults: const { &SLOTS.defaults::<208>(&AXIS, &GLOBAL) },
+        after_erasing: 13,
+        other: 16,
+        storing: Storing::Pages,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 224];
+    type Pairs = [Pair; 16];
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,9 +1,13 @@
-//! The parameters of the TMCM-3212, whose ramp generator is in the driver chip: speeds are in pps, accelerations in
-//! pps2. The module has a counter for an encoder of each axis, which is in the chip as well. No axis parameter is
-//! stored.
+//! The TMCM-3212 with its TMCL firmware: three axes, each with a motion controller of its own. The ramp generator is in the
+//! driver chip: speeds are in pps, accelerations in pps2. The module has a counter for an encoder of each axis, which is in
+//! the chip as well. No axis parameter is stored.
 
 use super::{tmcm1140, tmcm6110};
+use crate::executor::ports::Signal;
+use crate::executor::{Product, Slots, Spec};
 use crate::param::{ANY, AxisParameter, FLAG, GlobalParameter, Parameter, Table, derived, unstored};
+use crate::store::{Layout, Memory, Pair, Storing};
+use crate::tmcl::{Command, Opcode};
 
 /// Numbers of parameters of other ramp generators and drivers.
 const OTHERS: &[u8] = &[130, 135, 138, 141, 149, 150, 153, 154, 160, 161, 175, 176, 178, 183, 200];
@@ -74,3 +78,51 @@ pub static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(derived! { A
 pub static GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(derived! { GlobalParameter;
     of tmcm1140::GLOBAL.rows, without &[67, 79, 90];
 });
+
+/// The TMCM-3212. Version 1.05 is that of the manual.
+pub static TMCM_3212: Spec = Spec {
+    name: *b"3212",
+    number: 3212,
+    major: 1,
+    minor: 5,
+    usb: "TMCM-3212",
+    axes: 3,
+    inputs: 4,
+    outputs: 4,
+    analog: 0b1111,
+    analog_bits: 16,
+    signals: &[Signal::Supply, Signal::Temperature, Signal::Enable],
+    pull_ups: 0,
+    lacks: &[Opcode::Stap, Opcode::Rsap, Opcode::EnterAscii],
+    limits_speed: true,
+    axis: &AXIS,
+    global: &GLOBAL,
+    commands: 6144,
+    slots: Some(SLOTS),
+};
+
+/// The slots: no axis parameters, only coordinates.
+const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 20, coordinates: 0 };
+
+/// The TMCM-3212 as a type. Which EEPROM it has is not published: an AT25512 has room for its programs.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm3212;
+
+impl Product for Tmcm3212 {
+    const SPEC: &'static Spec = &TMCM_3212;
+}
+
+impl Memory for Tmcm3212 {
+    const SIZE: usize = 65_536;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm 3212 settings 1",
+        defaults: const { &SLOTS.defaults::<136>(&AXIS, &GLOBAL) },
+        after_erasing: 13,
+        other: 5,
+        storing: Storing::Pages,
+    };
+    type Program = [u8; TMCM_3212.commands as usize * Command::SIZE];
+    type Values = [i32; 150];
+    type Pairs = [Pair; 5];
+}

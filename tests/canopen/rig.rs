@@ -8,16 +8,17 @@ use hal_sim::control::Line;
 use hal_sim::world;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::{CanFrame, Frame, StandardId};
-use tmcm::canopen::{Address, Node, Tmcm1140};
+use tmcm::canopen::{Address, Node};
 use tmcm::chip::at25::At25;
 use tmcm::device::{self, Inputs};
 use tmcm::motion::Sensors;
+use tmcm::product::Tmcm1140Canopen;
 use tmcm::store::{Keeper, LoadReport};
 use tmcm::units::Micros;
 use tmcm_sim::native::{self, parts};
 
 /// The simulated board, as the firmware's types have it.
-pub(crate) type Simulated = native::Simulated<(), Tmcm1140>;
+pub(crate) type Simulated = native::Simulated<(), Tmcm1140Canopen>;
 
 /// Longest time that the master waits for a reply.
 const PATIENCE: Nanos = 1_000 * MILLISECOND;

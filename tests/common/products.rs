@@ -5,9 +5,10 @@
 
 use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_3110, TMCM_3212, TMCM_6110};
 use hal_sim::chip::at25::AT25512;
-use tmcm::module::{Product, Slots, Spec, TMCM_1140, Tmcm3110, Tmcm3212, Tmcm6110};
+use tmcm::module::{Product, Slots, Spec};
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
+use tmcm::product::{TMCM_1140, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::store::{Layout, Memory, Pair, Storing};
 use tmcm::tmcl::Opcode;
 use tmcm_sim::native::{Tmc429s, Wired};

@@ -5,7 +5,8 @@ use crate::common::image_host::{Host, NOT_AVAILABLE, OK, START};
 use crate::common::node_host::{ENABLE, GO, NodeHost, PP};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
-use tmcm::canopen::{Entry, Object, Tmcm1140};
+use tmcm::canopen::{Entry, Object};
+use tmcm::product::Tmcm1140Canopen;
 use tmcm::store::{Memory, Need, Store};
 
 #[test]
@@ -159,12 +160,12 @@ fn one_firmware_flashed_over_the_other_has_its_own_settings() {
 
 /// An EEPROM in which these values are saved.
 fn stored(values: &[(Object, i32)]) -> Vec<u8> {
-    let mut store = Store::<Tmcm1140>::new();
+    let mut store = Store::<Tmcm1140Canopen>::new();
     store.forget();
     for (object, value) in values {
         assert!(store.set(Entry::of(*object).row().slot(0).unwrap(), *value));
     }
-    let mut contents = vec![0xFF; Tmcm1140::SIZE];
+    let mut contents = vec![0xFF; Tmcm1140Canopen::SIZE];
     while !store.settled(Need::Settings) {
         let job = store.next_job().unwrap();
         contents[usize::from(job.address)..][..job.page.len()].copy_from_slice(&job.page);

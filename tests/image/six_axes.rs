@@ -5,8 +5,8 @@ use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, SIX_AXES, STA
 use crate::common::{Bench, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::TMCM_6110;
 use tmcm::param::GlobalParameter;
+use tmcm::product::TMCM_6110;
 use tmcm_sim::image::{ImageModule, Setup, model};
 use tmcm_sim::native::{Model, Product};
 

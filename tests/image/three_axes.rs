@@ -4,8 +4,8 @@
 use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, START, THREE_AXES, assert_logged, three_axes};
 use crate::common::{Bench, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcm::module::TMCM_3212;
 use tmcm::param::GlobalParameter;
+use tmcm::product::TMCM_3212;
 use tmcm_sim::image::model;
 use tmcm_sim::native::{Model, Product};
 

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use object::{Object, ObjectSegment};
 use tmcm::canopen::ROWS;
-use tmcm::module::{Spec, TMCM_1140, TMCM_3212, TMCM_6110};
+use tmcm::module::Spec;
 use tmcm::param::{INTERRUPTS, Row};
+use tmcm::product::{TMCM_1140, TMCM_3212, TMCM_6110};
 
 use crate::common::image;
 

@@ -6,7 +6,7 @@ use crate::common::random_command::{LENGTH, command};
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use tmcm::module::Source;
-use tmcm::module::TMCM_1140;
+use tmcm::product::TMCM_1140;
 use tmcm::tmcl::{Command, Opcode, binary, text};
 use tmcm_sim::VirtualModule;
 

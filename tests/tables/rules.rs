@@ -6,10 +6,11 @@ use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcm::chip::tmc429::Tmc429;
-use tmcm::module::{Source, TMCM_1140};
+use tmcm::module::Source;
 use tmcm::motion::Axis;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::param::AxisParameter;
+use tmcm::product::TMCM_1140;
 
 /// Parameter 193: modes 1..8, those that turn right (+64, for 1..4) and with an inverted home switch
 /// (+128, for 5..8).

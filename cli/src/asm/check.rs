@@ -253,7 +253,7 @@ fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
+    use tmcm::product::{TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
     use tmcm::tmcl::text;
 
     fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {

@@ -109,8 +109,8 @@ fn short(prefix: &str, parameter: &impl Debug) -> String {
 mod tests {
     use super::*;
     use std::collections::HashSet;
-    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_6110};
     use tmcm::param::Interrupt;
+    use tmcm::product::{TMCM_1140, TMCM_3110, TMCM_6110};
 
     /// Existing programs contain these names, so none of them may change.
     #[test]

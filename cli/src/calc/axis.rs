@@ -169,7 +169,7 @@ impl Asked {
 mod tests {
     use super::super::value;
     use super::*;
-    use tmcm::module::TMCM_3212;
+    use tmcm::product::TMCM_3212;
 
     const AXIS: Axis = Axis {
         spec: &TMCM_3212,

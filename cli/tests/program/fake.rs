@@ -8,7 +8,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use tmcm::module::TMCM_1140;
+use tmcm::product::TMCM_1140;
 use tmcm::tmcl::binary::{self, TELEGRAM};
 use tmcm::tmcl::{Command, Opcode, Reply, Status, text};
 

@@ -2,17 +2,10 @@
 
 use hal_sim::mcu::mark;
 
-use crate::native::{Model, Product};
+use crate::native::{FirmwareKind, Model, Product};
 
 /// How the names of these symbols begin.
 const MARK: &str = "_firmware_";
-/// How they go on, and what that means.
-const MODELS: [(&str, Model); 4] = [
-    ("TMCM_1140_tmcl", Model::Tmcl(Product::Tmcm1140)),
-    ("TMCM_1140_canopen", Model::Canopen),
-    ("TMCM_6110_tmcl", Model::Tmcl(Product::Tmcm6110)),
-    ("TMCM_3212_tmcl", Model::Tmcl(Product::Tmcm3212)),
-];
 
 /// Product and firmware of an image; `None` if it does not say, as other people's images do not.
 ///
@@ -20,6 +13,12 @@ const MODELS: [(&str, Model); 4] = [
 /// The file is no image, or says that it is something of which nothing is known here.
 pub fn model(elf: &[u8]) -> Result<Option<Model>, String> {
     let Some(name) = mark(elf, MARK).map_err(|stop| stop.to_string())? else { return Ok(None) };
-    let model = MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| *model);
-    model.map(Some).ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))
+    known(&name).map(Some).ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))
+}
+
+/// The meaning of the rest of the name: that of a product, with `_` for `-`, and then that of a firmware.
+fn known(name: &str) -> Option<Model> {
+    let (product, firmware) = name.rsplit_once('_')?;
+    let product = Product::ALL.into_iter().find(|known| known.name().replace('-', "_") == product)?;
+    Model::of(product, FirmwareKind::named(firmware)?).ok()
 }

@@ -5,14 +5,14 @@ use std::marker::PhantomData;
 
 use hal_sim::board::{Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::world::{self, stage::Abn};
-use tmcm::canopen;
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
-use tmcm::module::{Hooks, Platform, Product, Tmcm1140, Tmcm3110, Tmcm3212, Tmcm6110};
+use tmcm::module::{Hooks, Platform, Product};
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::motion::{Foreseeable, Sensors};
+use tmcm::product;
 use tmcm::store::{Memory, Store};
 
 /// The motion controllers and drivers on a product's board, as a firmware reaches them.
@@ -36,6 +36,11 @@ impl Tmc429s {
     const CONTROLLER_HZ: u32 = 1_312_500;
     /// SPI clock of the TMC262s: 84 MHz / 32, as on the target.
     const DRIVER_HZ: u32 = 2_625_000;
+
+    /// Number of motion controllers for so many axes.
+    pub(super) const fn controllers(axes: u8) -> usize {
+        axes.div_ceil(3) as usize
+    }
 }
 
 impl Motion for Tmc429s {
@@ -57,6 +62,11 @@ pub struct Tmc5160s;
 impl Tmc5160s {
     /// SPI clock of the TMC5160s: 84 MHz / 16, as on the target.
     const HZ: u32 = 5_250_000;
+
+    /// Number of motion controllers for so many axes.
+    pub(super) const fn controllers(axes: u8) -> usize {
+        axes as usize
+    }
 }
 
 impl Motion for Tmc5160s {
@@ -77,29 +87,22 @@ pub trait Wired: Memory + 'static {
     type Motion: Motion;
 }
 
-impl Wired for Tmcm1140 {
-    type Motion = Tmc429s;
+macro_rules! wired {
+    ($($product:ident $spec:ident $chips:ident;)*) => {
+        $(impl Wired for product::$product {
+            type Motion = $chips;
+        })*
+    };
 }
+tmcm::products!(wired);
 
-impl Wired for canopen::Tmcm1140 {
-    type Motion = Tmc429s;
-}
-
-impl Wired for Tmcm3110 {
-    type Motion = Tmc429s;
-}
-
-impl Wired for Tmcm3212 {
-    type Motion = Tmc5160s;
-}
-
-impl Wired for Tmcm6110 {
-    type Motion = Tmc429s;
+impl Wired for product::Tmcm1140Canopen {
+    type Motion = <product::Tmcm1140 as Wired>::Motion;
 }
 
 /// A simulated board as a firmware has it, with additions `H` of a platform, for a product `P` with `N` motion controllers.
 #[derive(Debug)]
-pub struct Simulated<H, P = Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
+pub struct Simulated<H, P = product::Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
 
 impl<H: Hooks, P: Wired, const N: usize> device::Board for Simulated<H, P, N> {
     type Product = P;

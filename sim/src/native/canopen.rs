@@ -3,8 +3,9 @@
 use hal_sim::clock::Nanos;
 use hal_sim::fault::CanState;
 use tmcm::can::{CanFrame, Frame, Id};
-use tmcm::canopen::{Address, BusState, Filter, Filters, Node, Tmcm1140, usb};
+use tmcm::canopen::{Address, BusState, Filter, Filters, Node, usb};
 use tmcm::module::{LinkEnds, LinkMode, LinkSettings, Request, Source};
+use tmcm::product::Tmcm1140Canopen;
 use tmcm::store::LoadReport;
 
 use super::board::{Simulated, parts};
@@ -19,7 +20,7 @@ const OUTGOING: usize = 16;
 
 /// The CANopen firmware of the TMCM-1140.
 struct Canopen {
-    node: Node<Simulated<(), Tmcm1140>>,
+    node: Node<Simulated<(), Tmcm1140Canopen>>,
     around: Surroundings<1>,
     /// The frames that pass the controller.
     filters: Filters,

@@ -1,28 +1,70 @@
 //! The products and firmwares that can be simulated.
 
 use hal_sim::board::{self, BoardKind};
-use tmcm::canopen::{self, Entry, Object};
-use tmcm::module::{
-    self, Spec, TMCM_1140_AXES, TMCM_3110_AXES, TMCM_3212_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm3110, Tmcm3212, Tmcm6110,
-};
+use tmcm::canopen::{Entry, Object};
+use tmcm::module::{self, Spec};
 use tmcm::param::{GlobalParameter, Row};
+use tmcm::product;
 use tmcm::store::{Memory, Need, Store};
 
+use super::board::{Tmc429s, Tmc5160s};
 use super::firmware::{Firmware, Start};
 use super::{canopen as node, tmcl};
 
-/// A product that can be simulated, with its kind of board.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Product {
-    /// The TMCM-1140.
-    #[default]
-    Tmcm1140,
-    /// The TMCM-3110.
-    Tmcm3110,
-    /// The TMCM-3212.
-    Tmcm3212,
-    /// The TMCM-6110.
-    Tmcm6110,
+/// Makes the choice of products, and what is looked up by it.
+macro_rules! choice {
+    ($($product:ident $spec:ident $chips:ident;)*) => {
+        /// A product that can be simulated, with its kind of board.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Product {
+            $(#[doc = concat!("See [`", stringify!($spec), "`](product::", stringify!($spec), ").")] $product,)*
+        }
+
+        impl Product {
+            /// All products, in the order of their numbers.
+            pub const ALL: [Product; [$(Product::$product),*].len()] = [$(Product::$product),*];
+
+            /// What the product is for its TMCL firmware.
+            pub fn spec(self) -> &'static Spec {
+                match self {
+                    $(Product::$product => &product::$spec,)*
+                }
+            }
+
+            /// What the product's board consists of.
+            pub fn kind(self) -> &'static BoardKind {
+                match self {
+                    $(Product::$product => &board::$spec,)*
+                }
+            }
+
+            /// Starts the product's TMCL firmware.
+            fn start(self, start: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
+                match self {
+                    $(Product::$product => tmcl::start::<
+                        product::$product,
+                        { product::$spec.axes as usize },
+                        { $chips::controllers(product::$spec.axes) },
+                    >(start),)*
+                }
+            }
+
+            /// The contents of an EEPROM of the TMCL firmware with `number` as address on the buses.
+            fn numbered_eeprom(self, number: u8) -> Option<Vec<u8>> {
+                match self {
+                    $(Product::$product => numbered::<product::$product>(number, tmcl_slots::<product::$product>()),)*
+                }
+            }
+        }
+    };
+}
+tmcm::products!(choice);
+
+impl Default for Product {
+    fn default() -> Self {
+        let [usual, ..] = Self::ALL;
+        usual
+    }
 }
 
 /// A firmware that can be simulated.
@@ -67,9 +109,6 @@ impl From<FirmwareKind> for Model {
 }
 
 impl Product {
-    /// All products, in the order of their numbers.
-    pub const ALL: [Product; 4] = [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm3212, Product::Tmcm6110];
-
     /// The product's name, such as `TMCM-1140`.
     pub fn name(self) -> &'static str {
         self.kind().name
@@ -87,26 +126,6 @@ impl Product {
     /// The product of a number: the upper half of the reply to command 136, type 1.
     pub fn numbered(number: u16) -> Option<Product> {
         Self::ALL.into_iter().find(|product| product.spec().number == number)
-    }
-
-    /// What the product is for its TMCL firmware.
-    pub fn spec(self) -> &'static Spec {
-        match self {
-            Product::Tmcm1140 => &module::TMCM_1140,
-            Product::Tmcm3110 => &module::TMCM_3110,
-            Product::Tmcm3212 => &module::TMCM_3212,
-            Product::Tmcm6110 => &module::TMCM_6110,
-        }
-    }
-
-    /// What the product's board consists of.
-    pub fn kind(self) -> &'static BoardKind {
-        match self {
-            Product::Tmcm1140 => &board::TMCM_1140,
-            Product::Tmcm3110 => &board::TMCM_3110,
-            Product::Tmcm3212 => &board::TMCM_3212,
-            Product::Tmcm6110 => &board::TMCM_6110,
-        }
     }
 }
 
@@ -156,10 +175,7 @@ impl Model {
     /// Starts the firmware; the messages for a person are about the contents of the EEPROM.
     pub(super) fn start(self, start: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
         match self {
-            Model::Tmcl(Product::Tmcm1140) => tmcl::start::<Tmcm1140, TMCM_1140_AXES, 1>(start),
-            Model::Tmcl(Product::Tmcm3110) => tmcl::start::<Tmcm3110, TMCM_3110_AXES, 1>(start),
-            Model::Tmcl(Product::Tmcm3212) => tmcl::start::<Tmcm3212, TMCM_3212_AXES, TMCM_3212_AXES>(start),
-            Model::Tmcl(Product::Tmcm6110) => tmcl::start::<Tmcm6110, TMCM_6110_AXES, 2>(start),
+            Model::Tmcl(product) => product.start(start),
             Model::Canopen => node::start(start),
         }
     }
@@ -168,11 +184,8 @@ impl Model {
     /// `None` if these are the factory defaults.
     pub fn numbered_eeprom(self, number: u8) -> Option<Vec<u8>> {
         match self {
-            Model::Tmcl(Product::Tmcm1140) => numbered::<Tmcm1140>(number, tmcl_slots::<Tmcm1140>()),
-            Model::Tmcl(Product::Tmcm3110) => numbered::<Tmcm3110>(number, tmcl_slots::<Tmcm3110>()),
-            Model::Tmcl(Product::Tmcm3212) => numbered::<Tmcm3212>(number, tmcl_slots::<Tmcm3212>()),
-            Model::Tmcl(Product::Tmcm6110) => numbered::<Tmcm6110>(number, tmcl_slots::<Tmcm6110>()),
-            Model::Canopen => numbered::<canopen::Tmcm1140>(number, Entry::of(Object::NodeId).row().slot(0)),
+            Model::Tmcl(product) => product.numbered_eeprom(number),
+            Model::Canopen => numbered::<product::Tmcm1140Canopen>(number, Entry::of(Object::NodeId).row().slot(0)),
         }
     }
 }

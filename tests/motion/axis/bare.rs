@@ -6,10 +6,10 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
 use tmcm::device::{Device, Inputs, Inversion, Piece};
-use tmcm::module::TMCM_1140;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::{Error, Events, Joined, Pace, Sensors};
 use tmcm::param::AxisParameter as P;
+use tmcm::product::TMCM_1140;
 use tmcm::units::Micros;
 use tmcm_sim::native::{Simulated, parts};
 

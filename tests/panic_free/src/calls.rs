@@ -12,7 +12,7 @@ mod state;
 use core::hint::black_box as any;
 
 use stand_ins::Bare;
-use tmcm::module::{TMCM_1140_AXES, TMCM_3212_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm3212, Tmcm6110};
+use tmcm::product::{TMCM_1140, TMCM_3212, TMCM_6110, Tmcm1140, Tmcm3212, Tmcm6110};
 use tmcm::tmcl::Command;
 use tmcm::units::{CurrentScale, Micros};
 
@@ -40,12 +40,12 @@ pub(crate) fn all() {
     state::epochs();
     state::machine();
     module::port();
-    module::module::<Tmcm1140, TMCM_1140_AXES>();
-    module::module::<Tmcm6110, TMCM_6110_AXES>();
-    module::module::<Tmcm3212, TMCM_3212_AXES>();
-    module::device::<Tmcm1140, TMCM_1140_AXES>();
-    module::device::<Tmcm6110, TMCM_6110_AXES>();
-    module::device::<Tmcm3212, TMCM_3212_AXES>();
+    module::module::<Tmcm1140, { TMCM_1140.axes as usize }>();
+    module::module::<Tmcm6110, { TMCM_6110.axes as usize }>();
+    module::module::<Tmcm3212, { TMCM_3212.axes as usize }>();
+    module::device::<Tmcm1140, { TMCM_1140.axes as usize }>();
+    module::device::<Tmcm6110, { TMCM_6110.axes as usize }>();
+    module::device::<Tmcm3212, { TMCM_3212.axes as usize }>();
     node::node();
     #[cfg(feature = "deliberate")]
     any(text()[any(0)]);

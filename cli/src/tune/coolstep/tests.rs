@@ -32,7 +32,7 @@ fn with_others(chosen: [i32; 2], others: [[i32; 2]; 6]) -> AtSpeed {
 }
 
 fn number(parameter: P) -> Option<u8> {
-    tmcm::module::TMCM_1140.axis.row(parameter).map(|row| row.number)
+    tmcm::product::TMCM_1140.axis.row(parameter).map(|row| row.number)
 }
 
 const CHOICE: Choice = Choice { start: 5, hysteresis: 0, minimum: 0 };

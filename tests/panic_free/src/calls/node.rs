@@ -10,12 +10,13 @@ use tmcm::canopen::{self, BusState, Emergency, Entry, Node, Object, Overflow, RO
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::device::{Controller, Inputs, Parts};
 use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::product::Tmcm1140Canopen;
 use tmcm::store::Store;
 use tmcm::tmcl::binary::Addressed;
 
 #[inline(never)]
 pub(super) fn node() {
-    let store: Option<&'static mut Store<canopen::Tmcm1140>> = any(None);
+    let store: Option<&'static mut Store<Tmcm1140Canopen>> = any(None);
     let Some(store) = store else { return };
     let controllers = [Controller::new(Tmc429::new(Chip))];
     let parts = Parts { controllers, axes: Tmc429Tmc262::axes([Chip]), enable: Pin, store };

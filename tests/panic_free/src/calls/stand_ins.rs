@@ -10,12 +10,11 @@ use tmcm::canopen;
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::device::{Board, Controller, Controllers, Parts};
-use tmcm::module::{
-    Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source, Tmcm1140, Tmcm3212, Tmcm6110,
-};
+use tmcm::module::{Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
 use tmcm::motion::Hardware;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
+use tmcm::product::{Tmcm1140, Tmcm1140Canopen, Tmcm3212, Tmcm6110};
 use tmcm::store::Store;
 use tmcm::tmcl::binary::Addressed;
 use tmcm::tmcl::{Command, Reply, Status};
@@ -112,11 +111,11 @@ pub(super) fn parts<P: Built<AXES>, const AXES: usize>() -> Option<Parts<Bare<P,
 pub(super) struct BareNode;
 
 impl Board for BareNode {
-    type Product = canopen::Tmcm1140;
+    type Product = Tmcm1140Canopen;
     type Hardware = Tmc429Tmc262<Chip, Chip>;
     type Controllers = [Controller<Self::Hardware>; 1];
     type Enable = Pin;
-    type Store = &'static mut Store<canopen::Tmcm1140>;
+    type Store = &'static mut Store<Tmcm1140Canopen>;
 }
 
 /// User functions of which nothing is known.

@@ -6,8 +6,9 @@ use super::stand_ins::Chip;
 use super::{command, now, text};
 use tmcm::chip::at25::At25;
 use tmcm::module::ports::Signal;
-use tmcm::module::{Slots, TMCM_1140, Tmcm1140, factory_reset};
+use tmcm::module::{Slots, factory_reset};
 use tmcm::param::USER_VARIABLES;
+use tmcm::product::{TMCM_1140, Tmcm1140};
 use tmcm::store::{Keeper, Need, Store};
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::{self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Registers, Signals};
@@ -48,11 +49,11 @@ pub(super) fn store() {
 /// A store that makes all its pages durable together.
 #[inline(never)]
 pub(super) fn epochs() {
-    let mut store = Store::<tmcm::canopen::Tmcm1140>::new();
+    let mut store = Store::<tmcm::product::Tmcm1140Canopen>::new();
     any(&mut store);
     let mut keeper = Keeper::new(At25::new(Chip));
     any(keeper.load(&mut store));
-    any((store.lost(), store.is_worn(), store.is_storing(), Store::<tmcm::canopen::Tmcm1140>::page_of(any(0))));
+    any((store.lost(), store.is_worn(), store.is_storing(), Store::<tmcm::product::Tmcm1140Canopen>::page_of(any(0))));
     any(store.set(any(0), any(0)));
     store.renew();
     any(&mut store);
