@@ -62,7 +62,7 @@ fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
         ["profile", "canopen", name, rest @ ..] => (Order::Profile(Subject::Node(node(name)?)), rest),
         ["profile", number @ ("6110" | "3212"), of @ ..] => {
             let (subject, rest) = subject(of)?;
-            (Order::Sister(if *number == "6110" { fw::TMCM_6110 } else { fw::TMCM_3212 }, subject), rest)
+            (Order::Sister(if *number == "6110" { "tmcm6110" } else { "tmcm3212" }, subject), rest)
         }
         ["profile", of @ ..] => {
             let (subject, rest) = subject(of)?;

@@ -111,8 +111,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
     let images = Images {
         tmcl: image(fw::TMCL)?,
         node: image(fw::CANOPEN)?,
-        six: image(fw::TMCM_6110)?,
-        three: image(fw::TMCM_3212)?,
+        six: image("tmcm6110")?,
+        three: image("tmcm3212")?,
     };
     let mut report = Report::default();
     let kept = measure(&images, &extent, &mut report)?;

@@ -24,7 +24,7 @@ pub struct Options {
     #[arg(value_name = "FILE")]
     pub program: PathBuf,
 
-    /// The module that the program is for: 1140, 3110, 3212 or 6110
+    /// The module that the program is for: {numbers}
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
 

@@ -3,16 +3,16 @@
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
+use clap::builder::{Resettable, StyledStr};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tell,
-    testing, tune, version, world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, product, run, scan, send, shell, sim,
+    tell, testing, tune, version, world,
 };
 
-/// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
-/// language they speak.
+/// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.
 ///
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
 /// it prints; talk to a module - virtual or real - with the other commands.
@@ -70,8 +70,25 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_subcommands(with_negative_numbers)
 }
 
+/// The same command, whose help has the products in the places that [`product::told`] knows.
+fn with_products(mut command: clap::Command) -> clap::Command {
+    let told = |text: Option<&StyledStr>| text.map(|text| StyledStr::from(product::told(&text.ansi().to_string())));
+    let (about, long) = (told(command.get_about()), told(command.get_long_about()));
+    command = command.about(Resettable::from(about)).long_about(Resettable::from(long));
+    let command = command.mut_args(|argument| {
+        let (help, long) = (told(argument.get_help()), told(argument.get_long_help()));
+        argument.help(Resettable::from(help)).long_help(Resettable::from(long))
+    });
+    command.mut_subcommands(with_products)
+}
+
+/// The command line of the program.
+fn command() -> clap::Command {
+    with_products(Arguments::command())
+}
+
 fn main() -> ExitCode {
-    let matches = match with_negative_numbers(Arguments::command()).try_get_matches() {
+    let matches = match with_negative_numbers(command()).try_get_matches() {
         Ok(matches) => matches,
         Err(version) if version.kind() == ErrorKind::DisplayVersion => {
             // A closed standard output does not want it.
@@ -98,7 +115,7 @@ fn main() -> ExitCode {
         Command::Debug(options) => debug::run(&options),
         Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),
-        Command::Completions(options) => completions::run(&options, Arguments::command()),
+        Command::Completions(options) => completions::run(&options, self::command()),
         Command::World(options) => world::run(&options),
         Command::Tune(options) => tune::run(&options),
     };

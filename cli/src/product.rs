@@ -26,6 +26,21 @@ pub fn named(text: &str) -> Result<Product, String> {
     })
 }
 
+/// A text of the help with the products in the places that it has for them: `{numbers}` and `{names}` are the short and the full
+/// names, with "or" before the last one, `{all}` the full names with commas alone.
+pub fn told(text: &str) -> String {
+    let [numbers, names] = [Product::ALL.map(short), Product::ALL.map(Product::name)];
+    text.replace("{numbers}", &one_of(&numbers)).replace("{names}", &one_of(&names)).replace("{all}", &names.join(", "))
+}
+
+/// A list with "or" before its last word.
+fn one_of(words: &[&str]) -> String {
+    match words {
+        [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => words.concat(),
+    }
+}
+
 /// The short name of a product, such as `6110`.
 pub(crate) fn short(product: Product) -> &'static str {
     product.name().trim_start_matches("TMCM-")
@@ -77,6 +92,15 @@ mod tests {
             assert_eq!(named(text), Ok(Product::Tmcm6110), "{text}");
         }
         assert_eq!(named(USUAL), Ok(Product::default()));
+    }
+
+    #[test]
+    fn the_help_lists_all_products() {
+        assert_eq!(
+            told("of {numbers}; {all}"),
+            "of 1140, 3110, 3212 or 6110; TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110"
+        );
+        assert_eq!(told("a {names} or so"), "a TMCM-1140, TMCM-3110, TMCM-3212 or TMCM-6110 or so");
     }
 
     #[test]

@@ -1,5 +1,10 @@
 //! Builds what runs on the microcontroller. Rust's library for it is installed first if it is missing, so that the
 //! toolchain may be there without it, as where rustup does not install by itself what `rust-toolchain.toml` names.
+//!
+//! Which images there are stands in the `Cargo.toml` of their package: [`images`].
+
+#[path = "../../images.rs"]
+mod manifest;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,14 +15,38 @@ use std::sync::OnceLock;
 pub const TARGET: &str = "thumbv7em-none-eabi";
 /// The package with the images.
 const PACKAGE: &str = "tmcm";
-/// The image of the TMCM-1140 that speaks TMCL.
+/// The image of the TMCM-1140 that speaks TMCL, which is the usual one.
 pub const TMCL: &str = "tmcm1140";
 /// The image of the TMCM-1140 that is a node of CANopen.
 pub const CANOPEN: &str = "tmcm1140-canopen";
-/// The image of the TMCM-6110, which speaks TMCL.
-pub const TMCM_6110: &str = "tmcm6110";
-/// The image of the TMCM-3212, which speaks TMCL.
-pub const TMCM_3212: &str = "tmcm3212";
+
+/// A flash image, as the package has it.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// The name of the binary, such as `tmcm1140-canopen`.
+    pub name: String,
+    /// The feature of the package that is the image's board.
+    pub board: String,
+}
+
+/// All images, in the order in which the package has them. The error is the sentence of [`workspace`].
+pub fn images() -> Result<Vec<Image>, String> {
+    let manifest = workspace()?.join("Cargo.toml");
+    let text = fs::read_to_string(&manifest).map_err(|error| format!("{}: {error}", manifest.display()))?;
+    let image = |(name, board): (&str, &str)| Image { name: name.into(), board: board.into() };
+    Ok(manifest::images(&text).into_iter().map(image).collect())
+}
+
+/// The image of a name, such as `tmcm1140-canopen` or, for short, `1140-canopen`. The error is a sentence that lists the names.
+pub fn named(name: &str) -> Result<Image, String> {
+    let images = images()?;
+    let short = |image: &Image| image.name.trim_start_matches("tmcm").to_owned();
+    let found = images.iter().find(|image| name == image.name || name == short(image));
+    found.cloned().ok_or_else(|| {
+        let names: Vec<_> = images.iter().map(short).collect();
+        format!("'{name}' is no image; there are: {}", names.join(", "))
+    })
+}
 
 /// A program for the microcontroller.
 #[derive(Debug)]
@@ -30,14 +59,15 @@ pub struct Built {
 
 /// Builds a flash image into a build directory. The error says why not.
 pub fn image(directory: &Path, name: &str) -> Result<Built, String> {
-    build(directory, name, &choice(name))
+    let image = named(name)?;
+    build(directory, &image.name, &image.choice())
 }
 
-/// The arguments by which Cargo builds an image: it is a binary of the package, and a feature is its board, whose name is
-/// the first part of the image's.
-fn choice(name: &str) -> [&str; 6] {
-    let board = name.split_once('-').map_or(name, |(board, _)| board);
-    ["--package", PACKAGE, "--bin", name, "--features", board]
+impl Image {
+    /// The arguments by which Cargo builds the image: it is a binary of the package, and a feature is its board.
+    fn choice(&self) -> [&str; 6] {
+        ["--package", PACKAGE, "--bin", &self.name, "--features", &self.board]
+    }
 }
 
 /// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
@@ -61,9 +91,9 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
 
 /// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it. The error is the
 /// sentence of [`workspace`].
-pub fn image_by(command: &str, name: &str, arguments: &[String]) -> Result<Command, String> {
+pub fn image_by(command: &str, image: &Image, arguments: &[String]) -> Result<Command, String> {
     let mut cargo = cargo(command)?;
-    cargo.args(choice(name)).args(arguments);
+    cargo.args(image.choice()).args(arguments);
     Ok(cargo)
 }
 

@@ -1,20 +1,37 @@
-//! `cargo fw` builds the flash image, `cargo fw-run` brings it to a module; `cargo fw-canopen` and `cargo fw-canopen-run`
-//! do so with that of the CANopen firmware, `cargo fw-6110` and `cargo fw-6110-run` with that of the TMCM-6110, `cargo
-//! fw-3212` and `cargo fw-3212-run` with that of the TMCM-3212.
+//! `cargo fw` builds a flash image, `cargo fw-run` brings it to a module: `cargo fw [IMAGE] [ARGUMENT...]`. An IMAGE is one of
+//! those in `Cargo.toml`, such as `1140-canopen`, and without one it is that of the TMCM-1140; arguments are those of Cargo, and
+//! begin with `-`. `list` in the place of `build` and `run` prints each image with its board.
 
 use std::os::unix::process::CommandExt;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let image = arguments.next().unwrap_or_else(|| fw::TMCL.into());
-    let command = arguments.next().unwrap_or_else(|| "build".into());
-    let rest: Vec<String> = arguments.collect();
-    let error = match fw::prepare().and_then(|()| fw::image_by(&command, &image, &rest)) {
-        // Cargo takes this process over, and is its end.
-        Ok(mut cargo) => format!("cargo cannot be run: {}", cargo.exec()),
-        Err(sentence) => sentence,
-    };
-    eprintln!("{error}");
-    ExitCode::FAILURE
+    match carry_out() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(sentence) => {
+            eprintln!("{sentence}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn carry_out() -> Result<(), String> {
+    let (mut command, mut image) = ("build".to_owned(), fw::TMCL.to_owned());
+    let mut arguments = std::env::args().skip(1).peekable();
+    // Command and image may stand in either order: the aliases of Cargo have the command, what follows them is the user's.
+    while let Some(word) = arguments.next_if(|word| !word.starts_with('-')) {
+        match word.as_str() {
+            "build" | "run" | "list" => command = word,
+            _ => image = word,
+        }
+    }
+    if command == "list" {
+        fw::images()?.iter().for_each(|image| println!("{} {}", image.name, image.board));
+        return Ok(());
+    }
+    let image = fw::named(&image)?;
+    fw::prepare()?;
+    // Cargo takes this process over, and is its end.
+    let error = fw::image_by(&command, &image, &arguments.collect::<Vec<_>>())?.exec();
+    Err(format!("cargo cannot be run: {error}"))
 }

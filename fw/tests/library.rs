@@ -128,6 +128,45 @@ fn who_asks_again_is_only_reminded() {
     assert_eq!(computer.calls().len(), 1, "the compiler is not asked again");
 }
 
+/// Each image is known by its name and by the short one, and an unknown word is answered with the list.
+#[test]
+fn an_image_is_chosen_by_its_name() {
+    let computer = Computer::with(&[RUSTC, ("cargo", "echo $*")]);
+    fs::create_dir(computer.folder().join("library")).unwrap();
+    fs::write(computer.folder().join("Cargo.toml"), MANIFEST).unwrap();
+    let run = |words: &[&str]| {
+        let mut fw = Command::new(program());
+        fw.args(words).current_dir(computer.folder()).env_remove("CARGO_MANIFEST_DIR");
+        computer.run(&mut fw, Some(NAME))
+    };
+    for (words, command, image, board, rest) in [
+        (&[][..], "build", "tmcm1140", "tmcm1140", ""),
+        (&["build"], "build", "tmcm1140", "tmcm1140", ""),
+        (&["build", "--offline", "-v"], "build", "tmcm1140", "tmcm1140", " --offline -v"),
+        (&["run", "1140-canopen"], "run", "tmcm1140-canopen", "tmcm1140", ""),
+        (&["tmcm1140-canopen", "build"], "build", "tmcm1140-canopen", "tmcm1140", ""),
+    ] {
+        let output = run(words);
+        assert!(output.status.success(), "{}", said(&output));
+        let expected = format!("--package tmcm --bin {image} --features {board}{rest}\n");
+        let place = format!("{command} --release --target {} ", fw::TARGET);
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), place + &expected, "{words:?}");
+    }
+    assert_eq!(run(&["list"]).stdout, b"tmcm1140 tmcm1140\ntmcm1140-canopen tmcm1140\n");
+    let unknown = run(&["build", "9999"]);
+    assert_eq!(
+        (unknown.status.code(), said(&unknown).as_str()),
+        (Some(1), "'9999' is no image; there are: 1140, 1140-canopen\n")
+    );
+}
+
+/// The `Cargo.toml` of a checkout with two images.
+const MANIFEST: &str = "[workspace]\n
+[package]\nname = \"tmcm\"\n
+[[bin]]\nname = \"tmcm1140\"\nrequired-features = [\"tmcm1140\"]\n
+[[bin]]\nname = \"tmcm1140-canopen\"\npath = \"src/bin/tmcm1140_canopen.rs\"\nrequired-features = [\"tmcm1140\"]\n
+[profile.dev]\nopt-level = 2\n";
+
 /// The program here was compiled in this checkout, and other ones are built: so it is where a checkout has been copied with
 /// all that is built in it.
 #[test]
@@ -138,7 +177,7 @@ fn the_checkout_is_built_for_which_cargo_runs_it_or_in_which_somebody_stands() {
     for copy in ["a copy", "another"] {
         fs::create_dir_all(folder.join(copy).join("docs")).unwrap();
         fs::create_dir_all(folder.join(copy).join("fw")).unwrap();
-        fs::write(folder.join(copy).join("Cargo.toml"), "[workspace]\n\n[package]\nname = \"tmcm\"\n").unwrap();
+        fs::write(folder.join(copy).join("Cargo.toml"), MANIFEST).unwrap();
     }
     let built = |package: Option<&str>, current: &str| {
         let mut fw = Command::new(program());

@@ -20,12 +20,12 @@ pub(crate) fn canopen() -> PathBuf {
 
 /// Builds the flash image of the TMCM-6110 and returns its path. Panics if the image cannot be built.
 pub(crate) fn six_axes() -> PathBuf {
-    built(fw::TMCM_6110)
+    built("tmcm6110")
 }
 
 /// Builds the flash image of the TMCM-3212 and returns its path. Panics if the image cannot be built.
 pub(crate) fn three_axes() -> PathBuf {
-    built(fw::TMCM_3212)
+    built("tmcm3212")
 }
 
 /// An image of which all tests of a process know, once it was built: asking Cargo again takes longer than many a test.

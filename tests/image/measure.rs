@@ -25,8 +25,8 @@ fn all_that_can_be_asked_for_is_understood() {
     let profile = |subject| Ok(Order::Profile(subject));
     assert_eq!(read(&["profile", "poll"]), profile(Subject::Poll));
     assert_eq!(read(&["profile", "rest"]), profile(Subject::Rest));
-    assert_eq!(read(&["profile", "6110", "poll"]), Ok(Order::Sister(fw::TMCM_6110, Subject::Poll)));
-    let of_sister = Ok(Order::Sister(fw::TMCM_3212, Subject::Reply("GAP 5", Link::Can)));
+    assert_eq!(read(&["profile", "6110", "poll"]), Ok(Order::Sister("tmcm6110", Subject::Poll)));
+    let of_sister = Ok(Order::Sister("tmcm3212", Subject::Reply("GAP 5", Link::Can)));
     assert_eq!(read(&["profile", "3212", "GAP 5", "can"]), of_sister);
     assert_eq!(read(&["profile", "program", "CALC ADD, 1"]), profile(Subject::Program("CALC ADD, 1")));
     assert_eq!(read(&["profile", "GAP 5"]), profile(Subject::Reply("GAP 5", Link::Rs485)));

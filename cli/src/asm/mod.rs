@@ -107,7 +107,7 @@ pub struct Options {
     #[arg(long, conflicts_with = "names")]
     pub strict: bool,
 
-    /// The module that the program is for: 1140, 3110, 3212 or 6110
+    /// The module that the program is for: {numbers}
     ///
     /// Its axes, parameters, interrupts, inputs and outputs are those of the built-in files and of the warnings.
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]

@@ -57,7 +57,7 @@ pub struct LinkOptions {
     )]
     pub timeout: u64,
 
-    /// What the module is: 1140, 3110, 3212 or 6110; without it the module is asked where that matters
+    /// What the module is: {numbers}; without it the module is asked where that matters
     ///
     /// Which parameters there are, their names, and the names in programs depend on it. The module tells it by command
     /// 136, which is not sent if this is given. For LINK sim it says what the virtual module is, a TMCM-1140 without

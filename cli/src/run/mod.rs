@@ -96,7 +96,7 @@ pub struct Options {
     #[arg(long)]
     pub json: bool,
 
-    /// What the virtual module is: 1140, 3110, 3212 or 6110
+    /// What the virtual module is: {numbers}
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
 }

@@ -111,10 +111,8 @@ impl<'a> Image<'a> {
     }
 
     fn failed(path: &Path, error: &dyn Display) -> Failure {
-        let how = "`cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
-                   `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
         let shown = path.display();
-        Failure::Failed(format!("--image: {shown}: {error}. {how}"))
+        Failure::Failed(format!("--image: {shown}: {error}. {}", options::IMAGES))
     }
 
     /// The modules that run it.

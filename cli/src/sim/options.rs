@@ -15,8 +15,7 @@ use crate::product;
 /// Most modules: as many as a CANopen network has node IDs.
 const MOST_MODULES: u8 = 127;
 
-/// Run a virtual TMCM-1140, TMCM-3110, TMCM-3212 or TMCM-6110, or several on a bus, that host software drives like real
-/// ones
+/// Run a virtual {names}, or several on a bus, that host software drives like real ones
 ///
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
 /// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that
@@ -27,7 +26,7 @@ const MOST_MODULES: u8 = 127;
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// What the module is: 1140, 3110, 3212 or 6110; or what each of several is, with commas between the names
+    /// What the module is: {numbers}; or what each of several is, with commas between the names
     ///
     /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each, and the TMCM-3212, too, with
     /// another kind of ramp generator; the TMCM-6110 has six. One name holds for all modules of --modules. Of several
@@ -346,6 +345,10 @@ impl Options {
         self.serial.is_some() || self.tcp.is_some()
     }
 }
+
+/// How the images are built, for whoever gives a file that is none.
+pub(super) const IMAGES: &str = "`cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
+     `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
 
 const EXAMPLES: &str = "\
 Examples:

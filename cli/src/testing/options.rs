@@ -26,7 +26,7 @@ pub struct Options {
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
 
-    /// The module of scenarios that name none: 1140, 3110, 3212 or 6110
+    /// The module of scenarios that name none: {numbers}
     ///
     /// Without it that of --image, or else 1140.
     #[arg(long, value_name = "NAME", value_parser = product::named)]

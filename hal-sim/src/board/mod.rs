@@ -19,7 +19,7 @@ pub use bus::Datagram;
 pub use calm::Calm;
 pub use chips::Observed;
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
-pub use kind::{AbnPins, BoardKind, Chip, Input, MOST_ANALOG, MotionChips, TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
+pub use kind::*;
 pub use tmc429_tmc262::TMC429_CLOCK_HZ;
 
 use crate::chip::at25::At25;
