@@ -23,6 +23,26 @@ class Test:
     name: str
     command: tuple[str, ...]
     folder: Path
+    # The argument with which all tests of a file run; a binary needs none.
+    file: str | None = None
+
+    def failed(self, line: str) -> str | None:
+        """The test that this line of the output tells to have failed."""
+        if line.startswith("test ") and line.endswith(" ... FAILED"):
+            return line.removeprefix("test ").removesuffix(" ... FAILED")
+        if line.startswith(("FAILED ", "ERROR ")):
+            return line.split(" ")[1]
+        return None
+
+    def all_but(self, skipped: Sequence[str]) -> list[str]:
+        """What starts all tests but these."""
+        if self.file is not None:
+            return [*self.command, self.file, *(f"--deselect={test}" for test in skipped)]
+        return [*self.command, "--exact", *(f"--skip={test}" for test in skipped)] if skipped else [*self.command]
+
+    def only(self, test: str) -> list[str]:
+        """What starts one of the tests alone."""
+        return [*self.command, test] if self.file is not None else [*self.command, test, "--exact"]
 
 
 class Copy:
@@ -140,7 +160,7 @@ class Copy:
         }  # fmt: skip
         files = sorted((self.folder / "python" / "tests").glob("test_*.py"))
         start = (sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider")
-        return [Test(file.stem, (*start, str(file)), self.folder / "python") for file in files]
+        return [Test(file.stem, start, self.folder / "python", str(file)) for file in files]
 
 
 def ordered(tests: Sequence[Test], area: Area) -> list[Test]:
