@@ -1,6 +1,7 @@
 //! Tests of the dependencies between modules, files and crates.
 //!
 //! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
+//! * Each floor of the board uses only floors declared above it in `src/board/mod.rs`.
 //! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither chip drivers nor the store
 //!   use a parameter table ([`APART`]).
 //! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
@@ -152,6 +153,34 @@ fn modules_use_only_those_above() {
         }
     }
     assert!(checked > order.len(), "{checked} files");
+}
+
+/// The imports that lead from a floor of a board, a folder with a module, to one declared below it, or out of the floors to
+/// the file that declares them.
+fn upward<'a>(board: &Path, floors: &[&str], imports: &'a circles::Imports) -> Vec<(&'a Path, &'a Path, &'a str)> {
+    let floor = |path: &Path| floors.iter().position(|floor| path.starts_with(board.join(floor)));
+    let root = board.join("mod.rs");
+    let all = imports.iter().flat_map(|(from, others)| others.iter().map(move |(to, name)| (from, to, name)));
+    let inside = all.filter_map(|(from, to, name)| Some((floor(from)?, from, to, name)));
+    let wrong = inside.filter(|(own, _, to, _)| floor(to) > Some(*own) || **to == root);
+    wrong.map(|(_, from, to, name)| (from.as_path(), to.as_path(), name.as_str())).collect()
+}
+
+/// What runs uses the boards, and these use the microcontroller: so neither a board nor the microcontroller is written with
+/// what will run on it in mind.
+#[test]
+fn floors_of_the_board_use_only_those_above() {
+    let board = root().join("src/board");
+    let text = fs::read_to_string(board.join("mod.rs")).unwrap();
+    let floors = declared(&tokens(&text));
+    assert_eq!(floors, ["stm32f4", "boards", "runtime"]);
+    let imports = imports::Crate::read(&root().join("src/lib.rs")).imports();
+    for floor in &floors {
+        let files = imports.keys().filter(|file| file.starts_with(board.join(floor))).count();
+        assert!(files > 5, "{floor} has {files} files");
+    }
+    let wrong = upward(&board, &floors, &imports);
+    assert!(wrong.is_empty(), "a floor uses one that is declared below it:\n{}", listed(&wrong));
 }
 
 /// What the CANopen firmware has of TMCL: the version, for hosts at its USB port. In TMCL mode it passes bytes on.

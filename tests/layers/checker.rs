@@ -137,6 +137,31 @@ fn finds_circles_and_nothing_else() {
     assert_eq!(found, [vec!["ab", "bc", "ca"], vec!["de", "ed"]]);
 }
 
+#[test]
+fn finds_uses_of_a_floor_below() {
+    let files = [
+        ("lib.rs", "mod board; mod other; pub struct Thing;"),
+        ("other.rs", "use crate::board::Shared;"),
+        ("board/mod.rs", "mod low; mod high; pub use high::Top; pub struct Shared;"),
+        ("board/low/mod.rs", "pub(super) mod a; pub(super) mod b;"),
+        (
+            "board/low/a.rs",
+            "use super::b::B; use crate::Thing; use crate::board::Top; use crate::board::Shared; pub struct A;",
+        ),
+        ("board/low/b.rs", "pub struct B; mod tests { fn f() { super::super::super::high::d::function() } }"),
+        ("board/high/mod.rs", "mod c; mod d; pub use c::Top;"),
+        ("board/high/c.rs", "use crate::board::low::a::A; use super::d::function; pub struct Top(A);"),
+        ("board/high/d.rs", "pub fn function() {}"),
+    ];
+    let folder = written("floors", &files);
+    let board = folder.join("board");
+    let imports = imports::Crate::read(&folder.join("lib.rs")).imports();
+    let short = |path: &Path| path.strip_prefix(&board).unwrap().display().to_string();
+    let upward = upward(&board, &["low", "high"], &imports);
+    let found: Vec<_> = upward.iter().map(|(from, to, _)| format!("{} -> {}", short(from), short(to))).collect();
+    assert_eq!(found, ["low/a.rs -> high/c.rs", "low/a.rs -> mod.rs", "low/b.rs -> high/d.rs"]);
+}
+
 /// The types of a crate with their methods: "type: files", and the calls between these as "file -> file: methods".
 fn owners_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
     let folder = written(name, files);

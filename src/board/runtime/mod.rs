@@ -7,11 +7,13 @@ mod canopen;
 mod ends;
 mod fault;
 mod firmware;
-pub(super) mod mail;
+mod keeper;
+mod mail;
 mod owner;
 mod safe;
 mod tasks;
 mod tmcl;
+mod usb_link;
 
 pub use ends::Ends;
 pub use fault::panicked;

@@ -8,12 +8,13 @@ use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::Driver;
 
 use super::firmware::Firmware;
+use super::mail::link_settings;
 use super::owner::Room;
 use super::safe::{drivers_off, show_trouble};
-use super::{fault, owner};
+use super::{fault, keeper, owner, usb_link};
 use crate::board::boards::chosen::{AXES, Board, Chips, Rs485};
 use crate::board::stm32f4::clocks::now;
-use crate::board::stm32f4::eeprom::{self, Eeprom};
+use crate::board::stm32f4::eeprom::Eeprom;
 use crate::board::stm32f4::{analog, can, usb, watchdog};
 use crate::store::Memory;
 
@@ -68,22 +69,22 @@ where
     F: Firmware<AXES, Board = Chips<P>>,
     P: Memory + 'static,
 {
-    let mut keeper = eeprom::keeper(eeprom);
+    let mut keeper = keeper::new(eeprom);
     firmware.start(now(), |store| {
-        eeprom::load(&mut keeper, store);
+        keeper::load(&mut keeper, store);
         if factory_reset {
             defmt::warn!("pads connected: factory settings");
             F::factory_reset(store);
         }
     });
-    spawn(spawner, eeprom::keep(keeper));
+    spawn(spawner, keeper::keep(keeper));
 }
 
 #[inline(never)]
 fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: Rs485) {
     let Some(baud) = firmware.baud_rate() else { return };
     defmt::info!("RS485 at {=u32} bit/s", baud);
-    if let Err(error) = pins.start(baud, firmware.link_settings().start) {
+    if let Err(error) = pins.start(baud, firmware.link_settings().start, link_settings) {
         defmt::error!("RS485 stays off: {}", error);
     }
 }
@@ -92,7 +93,7 @@ fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: Rs485) {
 fn start_usb(driver: Driver<'static, USB_OTG_FS>, product: &'static str, spawner: Spawner) {
     let (device, serial) = usb::build(driver, product, usb::serial_number());
     spawn(spawner, usb::run(device));
-    spawn(spawner, usb::carry(serial));
+    spawn(spawner, usb_link::carry(serial));
 }
 
 /// Starts a task of thread mode. Each task is started once, so there is memory for it. If an important one did not

@@ -26,7 +26,6 @@ use heapless::{Deque, Vec};
 
 use super::clocks::now;
 use super::wake;
-use crate::board::runtime::mail::link_settings;
 use crate::module::{LinkMode, LinkSettings, Port, Request, Source};
 use crate::tmcl::Reply;
 use crate::tmcl::ascii::{LINE, REPLY};
@@ -64,6 +63,8 @@ struct Rs485 {
     /// `None` until the link is started.
     direction: Option<Output<'static>>,
     port: Port,
+    /// Gives the link settings in force.
+    settings: fn() -> LinkSettings,
     /// Received bytes that wait to be decoded until a reply is out.
     ahead: Deque<u8, AHEAD>,
     /// The time at which the last byte was received.
@@ -103,24 +104,30 @@ impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx
         Pins { port, rx, tx, direction: Output::new(direction, Level::Low, Speed::Medium) }
     }
 
-    /// Sets up the port and starts the link. The port's clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
-    pub(crate) fn start(self, baud: u32, mode: LinkMode) -> Result<(), usart::ConfigError> {
+    /// Sets up the port and starts the link; `settings` gives the link settings in force. The port's clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
+    pub(crate) fn start(
+        self,
+        baud: u32,
+        mode: LinkMode,
+        settings: fn() -> LinkSettings,
+    ) -> Result<(), usart::ConfigError> {
         let mut config = usart::Config::default();
         config.baudrate = baud;
         // While the transceiver sends, it does not drive its output to the microcontroller.
         config.rx_pull = Pull::Up;
         // The destructor of `Uart` would switch the port off.
         core::mem::forget(Uart::new_blocking(self.port, self.rx, self.tx, config)?);
-        start(self.direction, mode);
+        start(self.direction, mode, settings);
         Ok(())
     }
 }
 
 /// Starts the link on USART3, which is set up and receives already. All else is done by interrupt handlers.
-fn start(direction: Output<'static>, mode: LinkMode) {
+fn start(direction: Output<'static>, mode: LinkMode, settings: fn() -> LinkSettings) {
     let mut link = lock();
     link.direction = Some(direction);
     link.port = Port::new(Source::Rs485, mode);
+    link.settings = settings;
     link.last = now();
     drop(link);
     // TIM2 counts at 84 MHz, and the port's divider is the length of a bit at 42 MHz: as many counts of TIM2 are half a
@@ -251,6 +258,7 @@ impl Rs485 {
     const OFF: Rs485 = Rs485 {
         direction: None,
         port: Port::new(Source::Rs485, LinkMode::Binary),
+        settings: LinkSettings::default,
         ahead: Deque::new(),
         last: Micros(0),
         requests: Deque::new(),
@@ -327,7 +335,7 @@ impl Rs485 {
 
     #[inline(always)]
     fn read(&mut self, byte: u8) {
-        let echo = self.port.push(byte, self.last, link_settings);
+        let echo = self.port.push(byte, self.last, self.settings);
         if !echo.is_empty() {
             // If an echo does not fit, the host has sent much while a reply was due: such a host does not look at
             // echoes.

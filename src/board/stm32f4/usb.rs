@@ -1,6 +1,5 @@
-//! The USB link: a serial port (CDC-ACM), as on the sibling modules. It runs in thread mode.
+//! The USB device: a serial port (CDC-ACM), as on the sibling modules.
 
-use embassy_futures::select::{Either, select};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::{self, DmPin, DpPin, Driver};
@@ -11,19 +10,17 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::String;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::clocks::now;
-use super::{wake, watchdog};
-use crate::board::runtime::mail::{USB, USB_GONE, USB_REQUESTS, link_settings};
-use crate::module::{Message, Port, Source};
+use super::watchdog;
 
 /// Vendor and product number of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35), by which hosts
 /// find them.
 const IDS: (u16, u16) = (0x2A3C, 0x0100);
 /// Length of a full packet, in bytes.
-const PACKET: u16 = 64;
+pub(crate) const PACKET: u16 = 64;
 
 type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
-type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
+/// The serial port.
+pub(crate) type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
 
 bind_interrupts!(struct Irqs {
     OTG_FS => usb::InterruptHandler<USB_OTG_FS>;
@@ -83,80 +80,9 @@ pub(crate) async fn run(mut device: Device) {
     device.run().await;
 }
 
-/// Carries requests and replies between the host and the owner of the module.
-#[embassy_executor::task]
-pub(crate) async fn carry(mut serial: Serial) {
-    loop {
-        watchdog::while_waiting(&watchdog::USB, serial.wait_connection()).await;
-        defmt::info!("USB: host connected");
-        let _ = talk(&mut serial).await;
-        defmt::info!("USB: host gone");
-        // Replies to this host, also those that are still to be made, must not go to the next one.
-        USB_GONE.signal(());
-    }
-}
-
-/// Carries requests and replies until the host is gone.
-async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
-    let mut port = Port::new(Source::Usb, link_settings().start);
-    let mut packet = [0; PACKET as usize];
-    loop {
-        let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
-        match watchdog::while_waiting(&watchdog::USB, event).await {
-            Either::First(count) => {
-                while !USB.is_empty() {
-                    send(serial, &mut port).await?;
-                }
-                // Asked for once a packet, and after each wait: a telegram may go over the border of two packets.
-                let mut at = now();
-                for byte in packet.iter().take(count?) {
-                    while port.is_waiting() {
-                        send(serial, &mut port).await?;
-                        at = now();
-                    }
-                    let echo = port.push(*byte, at, link_settings);
-                    if !echo.is_empty() {
-                        write(serial, echo).await?;
-                    }
-                    if let Some(request) = port.take() {
-                        // The owner takes no request while it owes the reply to the one before, so without room for this
-                        // one there is a reply to come. It is to be fetched: nobody else does.
-                        while USB_REQUESTS.try_send(request).is_err() {
-                            send(serial, &mut port).await?;
-                        }
-                        // As a rule the reply is there when this returns.
-                        wake::pend();
-                        // A host may send many requests at once, but the reply to each is sent before the next one is
-                        // decoded, unless it is late.
-                        while !USB.is_empty() {
-                            send(serial, &mut port).await?;
-                        }
-                        at = now();
-                    }
-                }
-            }
-            Either::Second(()) => send(serial, &mut port).await?,
-        }
-    }
-}
-
-/// Sends the next reply. The end of a request that is not answered also lets the port decode the next one.
-async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
-    if USB.is_empty() {
-        watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
-    }
-    let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
-    let mut message = Message::new();
-    // A message has room for every reply.
-    let _ = port.answer(outgoing.reply.as_ref(), outgoing.mode, outgoing.addresses, &mut message);
-    let sent = write(serial, &message).await;
-    let _ = USB.try_receive();
-    sent
-}
-
 /// Writes bytes in packets. A full packet at the end is followed by an empty one, without which a host may wait for
 /// more.
-async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
+pub(crate) async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
     let full = !bytes.is_empty() && bytes.len().is_multiple_of(PACKET.into());
     for packet in bytes.chunks(PACKET.into()).chain(full.then_some(&[][..])) {
         watchdog::while_waiting(&watchdog::USB, serial.write_packet(packet)).await?;
