@@ -27,7 +27,10 @@ HOMES = {"/home/", "/root/", "/Users/", "/.cargo/", "/.rustup/"}
 
 LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-musl.txt", "LICENSE-rust.html"}
 
-PRODUCTS = ["TMCM-1140", "TMCM-3110", "TMCM-3212", "TMCM-6110"]
+PRODUCTS = [
+    name for file in ROOT.glob("src/product/*.rs") for name in re.findall(r'usb: "(TMCM-\d+)"', file.read_text())
+]
+"""The names of all products, as they stand in the sources."""
 
 # Of the ELF format: kinds of segments, of entries in the dynamic section, of sections.
 PT_DYNAMIC, PT_INTERP = 2, 3

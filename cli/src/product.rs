@@ -26,8 +26,8 @@ pub fn named(text: &str) -> Result<Product, String> {
     })
 }
 
-/// A text of the help with the products in the places that it has for them: `{numbers}` and `{names}` are the short and the full
-/// names, with "or" before the last one, `{all}` the full names with commas alone.
+/// A text of the help with the products in the places that it has for them: `{numbers}` and `{names}` are the short and
+/// the full names, with "or" before the last one, `{all}` the full names with commas alone.
 pub fn told(text: &str) -> String {
     let [numbers, names] = [Product::ALL.map(short), Product::ALL.map(Product::name)];
     text.replace("{numbers}", &one_of(&numbers)).replace("{names}", &one_of(&names)).replace("{all}", &names.join(", "))
@@ -60,8 +60,8 @@ pub(crate) fn speed_words(product: Product) -> &'static str {
     }
 }
 
-/// The command that reads the unit mode of an axis, on products that have one. An axis whose mode is 0 has its speeds and
-/// accelerations in units of its chip.
+/// The command that reads the unit mode of an axis, on products that have one. An axis whose mode is 0 has its speeds
+/// and accelerations in units of its chip.
 pub(crate) fn read_unit_mode(product: Option<Product>, axis: u8) -> Option<Command> {
     let number = product.and_then(|product| axis_number(Some(product), AxisParameter::UnitMode))?;
     Some(Command::new(Opcode::Gap as u8, number, axis, 0))

@@ -37,7 +37,8 @@ pub fn images() -> Result<Vec<Image>, String> {
     Ok(manifest::images(&text).into_iter().map(image).collect())
 }
 
-/// The image of a name, such as `tmcm1140-canopen` or, for short, `1140-canopen`. The error is a sentence that lists the names.
+/// The image of a name, such as `tmcm1140-canopen` or, for short, `1140-canopen`. The error is a sentence that lists
+/// the names.
 pub fn named(name: &str) -> Result<Image, String> {
     let images = images()?;
     let short = |image: &Image| image.name.trim_start_matches("tmcm").to_owned();
@@ -89,8 +90,8 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
     Ok(Built { path: directory.join(TARGET).join("release").join(name), messages })
 }
 
-/// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it. The error is the
-/// sentence of [`workspace`].
+/// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it. The error is
+/// the sentence of [`workspace`].
 pub fn image_by(command: &str, image: &Image, arguments: &[String]) -> Result<Command, String> {
     let mut cargo = cargo(command)?;
     cargo.args(image.choice()).args(arguments);
@@ -104,9 +105,9 @@ fn cargo(command: &str) -> Result<Command, String> {
     Ok(cargo)
 }
 
-/// The folder of the workspace in which the caller runs: that of the package for which Cargo has started this process, else
-/// that of the current folder. Where this was compiled tells nothing: a checkout may have been moved, or copied with all
-/// that is built in it. The error is one sentence.
+/// The folder of the workspace in which the caller runs: that of the package for which Cargo has started this process,
+/// else that of the current folder. Where this was compiled tells nothing: a checkout may have been moved, or copied
+/// with all that is built in it. The error is one sentence.
 pub fn workspace() -> Result<PathBuf, String> {
     let package = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
     let current = std::env::current_dir().map_err(|error| format!("there is no current folder: {error}"))?;

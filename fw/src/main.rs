@@ -1,6 +1,6 @@
-//! `cargo fw` builds a flash image, `cargo fw-run` brings it to a module: `cargo fw [IMAGE] [ARGUMENT...]`. An IMAGE is one of
-//! those in `Cargo.toml`, such as `1140-canopen`, and without one it is that of the TMCM-1140; arguments are those of Cargo, and
-//! begin with `-`. `list` in the place of `build` and `run` prints each image with its board.
+//! `cargo fw` builds a flash image, `cargo fw-run` brings it to a module: `cargo fw [IMAGE] [ARGUMENT...]`. An IMAGE is
+//! one of those in `Cargo.toml`, such as `1140-canopen`, and without one it is that of the TMCM-1140; arguments are
+//! those of Cargo, and begin with `-`. `list` in the place of `build` and `run` prints each image with its board.
 
 use std::os::unix::process::CommandExt;
 use std::process::ExitCode;
@@ -18,7 +18,8 @@ fn main() -> ExitCode {
 fn carry_out() -> Result<(), String> {
     let (mut command, mut image) = ("build".to_owned(), fw::TMCL.to_owned());
     let mut arguments = std::env::args().skip(1).peekable();
-    // Command and image may stand in either order: the aliases of Cargo have the command, what follows them is the user's.
+    // Command and image may stand in either order: the aliases of Cargo have the command, what follows them is the
+    // user's.
     while let Some(word) = arguments.next_if(|word| !word.starts_with('-')) {
         match word.as_str() {
             "build" | "run" | "list" => command = word,

@@ -1,5 +1,5 @@
-//! What is saved in the EEPROM: the objects with a slot, in three groups (1010h, 1011h, 2706h). Program memory belongs to
-//! the TMCL firmware and is never touched.
+//! What is saved in the EEPROM: the objects with a slot, in three groups (1010h, 1011h, 2706h). Program memory belongs
+//! to the TMCL firmware and is never touched.
 
 use core::task::Poll;
 
@@ -10,7 +10,8 @@ use super::row::Storage;
 use super::values::{Values, entries};
 use crate::store::{FIRST_SLOT, Memory, Need, Store};
 
-/// The slot for the number of pages that are stored together, and for what follows the erasure of a program: there is none.
+/// The slot for the number of pages that are stored together, and for what follows the erasure of a program: there is
+/// none.
 pub(crate) const UNUSED: usize = FIRST_SLOT;
 /// Number of slots in use.
 pub(crate) const SLOTS: usize = 123;

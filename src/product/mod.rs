@@ -1,8 +1,8 @@
-//! Products as data, one file for each: its parameters, its `Spec`, its memories and the slots of its settings. The file of
-//! a product with another firmware has what is different there.
+//! Products as data, one file for each: its parameters, its `Spec`, its memories and the slots of its settings. The
+//! file of a product with another firmware has what is different there.
 //!
-//! [`products!`](crate::products) lists them. What a product's board consists of, and at which pins it is, stands with the
-//! boards: `board` here, `hal_sim::board` in the simulator.
+//! [`products!`](crate::products) lists them. What a product's board consists of, and at which pins it is, stands with
+//! the boards: `board` here, `hal_sim::board` in the simulator.
 
 pub mod tmcm1140;
 pub mod tmcm1140_canopen;
@@ -16,9 +16,9 @@ pub use tmcm3110::{TMCM_3110, Tmcm3110};
 pub use tmcm3212::{TMCM_3212, Tmcm3212};
 pub use tmcm6110::{TMCM_6110, Tmcm6110};
 
-/// Hands the list of all products with a TMCL firmware to the macro `$with`, in the order of their numbers: of each the type,
-/// the `Spec`, and the chips that move its motors, by the name that the simulator has for them. The usual product is the
-/// first one.
+/// Hands the list of all products with a TMCL firmware to the macro `$with`, in the order of their numbers: of each the
+/// type, the `Spec`, and the chips that move its motors, by the name that the simulator has for them. The usual product
+/// is the first one.
 ///
 /// ```
 /// macro_rules! numbers {

@@ -5,12 +5,12 @@ use crate::canopen::{DEFAULTS, UNUSED};
 use crate::executor::{Product, Spec};
 use crate::store::{Layout, Memory, Pair, Storing};
 
-/// The product as the executor of TMCL mode (2700h) knows it; the version is that of the node. There is no program memory,
-/// and the EEPROM is the node's.
+/// The product as the executor of TMCL mode (2700h) knows it; the version is that of the node. There is no program
+/// memory, and the EEPROM is the node's.
 static SPEC: Spec = Spec { major: 3, minor: 20, commands: 0, slots: None, ..TMCM_1140 };
 
-/// The TMCM-1140 with the CANopen firmware, as a type. The settings of the TMCL firmware have the same place with another
-/// tag: they count as foreign and are left alone until something is saved.
+/// The TMCM-1140 with the CANopen firmware, as a type. The settings of the TMCL firmware have the same place with
+/// another tag: they count as foreign and are left alone until something is saved.
 #[derive(Clone, Copy, Debug)]
 pub struct Tmcm1140Canopen;
 

@@ -1,5 +1,5 @@
-//! The TMCM-3110 with its TMCL firmware: three axes on one motion controller. Its parameters are those of the TMCM-6110, and
-//! those of an ABN encoder for each axis, which has a counter of its own outside the motion controller.
+//! The TMCM-3110 with its TMCL firmware: three axes on one motion controller. Its parameters are those of the
+//! TMCM-6110, and those of an ABN encoder for each axis, which has a counter of its own outside the motion controller.
 
 use super::tmcm6110::{PAGES, SISTERS_PAGES, SLOTS, TMCM_6110};
 use super::{tmcm1140, tmcm6110};

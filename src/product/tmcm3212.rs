@@ -1,6 +1,6 @@
-//! The TMCM-3212 with its TMCL firmware: three axes, each with a motion controller of its own. The ramp generator is in the
-//! driver chip: speeds are in pps, accelerations in pps2. The module has a counter for an encoder of each axis, which is in
-//! the chip as well. No axis parameter is stored.
+//! The TMCM-3212 with its TMCL firmware: three axes, each with a motion controller of its own. The ramp generator is in
+//! the driver chip: speeds are in pps, accelerations in pps2. The module has a counter for an encoder of each axis,
+//! which is in the chip as well. No axis parameter is stored.
 
 use super::{tmcm1140, tmcm6110};
 use crate::executor::ports::Signal;

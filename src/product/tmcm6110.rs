@@ -1,5 +1,6 @@
-//! The TMCM-6110 with its TMCL firmware: six axes on two motion controllers, without encoders. Of its parameters numbers
-//! and names are published, and some ranges; where nothing is known they are those of the TMCM-1140, in the same slots.
+//! The TMCM-6110 with its TMCL firmware: six axes on two motion controllers, without encoders. Of its parameters
+//! numbers and names are published, and some ranges; where nothing is known they are those of the TMCM-1140, in the
+//! same slots.
 
 use super::tmcm1140::{self, TMCM_1140};
 use crate::executor::ports::Signal;
@@ -49,8 +50,8 @@ pub static TMCM_6110: Spec = Spec {
 /// The slots of this product and of the TMCM-3110: those of the TMCM-1140, and two more for each axis.
 pub(super) const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 68, coordinates: 48 };
 
-/// Settings pages of this product, and of the TMCM-3110, whose EEPROM has the same size: one that has been used by the other
-/// is cleared of it.
+/// Settings pages of this product, and of the TMCM-3110, whose EEPROM has the same size: one that has been used by the
+/// other is cleared of it.
 pub(super) const PAGES: usize = 35;
 pub(super) const SISTERS_PAGES: usize = 20;
 

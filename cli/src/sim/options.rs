@@ -90,35 +90,35 @@ pub struct Options {
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a torque,
-    /// 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off,
-    /// can passive|off|on, power off|on, usb off [--hangup]|on, state; `module K` before it for another module than 1. The
-    /// number of an axis may stand behind press, release, load, slip and fault: `press left 2`; without one it is axis 0.
-    /// Port 0 takes a free one and prints it. `tmcl world` sends commands from a shell, and docs/control.md explains all of
-    /// this and every field of `state`.
+    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a torque, 0
+    /// to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off,
+    /// can passive|off|on, power off|on, usb off [--hangup]|on, state; `module K` before it for another module than 1.
+    /// The number of an axis may stand behind press, release, load, slip and fault: `press left 2`; without one it is
+    /// axis 0. Port 0 takes a free one and prints it. `tmcl world` sends commands from a shell, and docs/control.md
+    /// explains all of this and every field of `state`.
     ///
     /// For time and firmware: `pause [TIME]`, `resume`, `speed X|max`, `step TIME`, `run-until CONDITION max TIME`,
-    /// `interrupt`, `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a number
-    /// and a unit, us, ms, s, min or h: `20 ms`. The COMMAND of `send` is one of TMCL: `send MVP ABS, 0, 1000`.
+    /// `interrupt`, `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a
+    /// number and a unit, us, ms, s, min or h: `20 ms`. The COMMAND of `send` is one of TMCL: `send MVP ABS, 0, 1000`.
     ///
     /// NAME of a fault: eeprom, spi, spi-low, tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b,
-    /// overtemperature, encoder. The first three are those of the whole board. Replies on their way to hosts have faults of
-    /// their own: `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`.
+    /// overtemperature, encoder. The first three are those of the whole board. Replies on their way to hosts have
+    /// faults of their own: `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`.
     ///
     /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a
     /// TMCM-3212) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others'
-    /// switches and encoders have pins of their own, and input 10 of a TMCM-3212 is ENABLE. `fault tmc429` is one of the
-    /// controller that moves the axis, three axes each; on a TMCM-3212 it is `fault tmc5160`, and `fault chip-supply` is
-    /// one of the supply of an axis' chip alone. `state` tells of axis 0 among the fields of the module, and of each axis
-    /// in its list `axes`.
+    /// switches and encoders have pins of their own, and input 10 of a TMCM-3212 is ENABLE. `fault tmc429` is one of
+    /// the controller that moves the axis, three axes each; on a TMCM-3212 it is `fault tmc5160`, and `fault
+    /// chip-supply` is one of the supply of an axis' chip alone. `state` tells of axis 0 among the fields of the
+    /// module, and of each axis in its list `axes`.
     ///
     /// `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does not
     /// tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the
     /// ports of --serial and --tcp stay; what is sent into them is lost, and nothing comes. After `usb off --hangup`
     /// connections end, and the path of --serial is gone until `usb on`.
     ///
-    /// A connection that begins like HTTP or TLS is closed, as at --tcp. Commands of a client that does not read its answers
-    /// wait until it does. At 16 connections a new one takes the place of the one that has been idle longest.
+    /// A connection that begins like HTTP or TLS is closed, as at --tcp. Commands of a client that does not read its
+    /// answers wait until it does. At 16 connections a new one takes the place of the one that has been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 
@@ -151,16 +151,17 @@ pub struct Options {
 
     /// Let time stand still, but for what requests need for their replies, and TIME after each reply
     ///
-    /// Equal runs of a host then end alike, to the microsecond, however busy the computer is. The host lets time pass by
-    /// `step` and `run-until` on the control port; or, with TIME (such as --paused=10ms), by the number of its requests
-    /// alone, so that a script that asks and sleeps needs no change. `resume` lets time go by the clock.
+    /// Equal runs of a host then end alike, to the microsecond, however busy the computer is. The host lets time pass
+    /// by `step` and `run-until` on the control port; or, with TIME (such as --paused=10ms), by the number of its
+    /// requests alone, so that a script that asks and sleeps needs no change. `resume` lets time go by the clock.
     #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "0 ms", value_parser = time::span)]
     pub paused: Option<Nanos>,
 
-    /// Write a line for each telegram and frame on the links to FILE: virtual time, link, direction, bytes and what they say
+    /// Write a line for each telegram and frame on the links to FILE: virtual time, link, direction, bytes and what
+    /// they say
     ///
-    /// A file that exists is emptied; - is standard output. What a fault of replies keeps from a host is marked as lost,
-    /// and a telegram that has come in part as torn.
+    /// A file that exists is emptied; - is standard output. What a fault of replies keeps from a host is marked as
+    /// lost, and a telegram that has come in part as torn.
     #[arg(long, value_name = "FILE")]
     pub log_telegrams: Option<PathBuf>,
 
@@ -189,8 +190,8 @@ pub struct Options {
 
     /// Print one line of JSON in place of the introduction and `ready`: version, product, pid, and all ports
     ///
-    /// For programs that start the simulator: `tcp` and `control` are addresses to connect to, `serial` is a path to open;
-    /// a link that is not offered is null.
+    /// For programs that start the simulator: `tcp` and `control` are addresses to connect to, `serial` is a path to
+    /// open; a link that is not offered is null.
     #[arg(long)]
     pub ready_json: bool,
 
@@ -347,7 +348,8 @@ impl Options {
 }
 
 /// How the images are built, for whoever gives a file that is none.
-pub(super) const IMAGES: &str = "`cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
+pub(super) const IMAGES: &str = "\
+     `cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
      `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
 
 const EXAMPLES: &str = "\

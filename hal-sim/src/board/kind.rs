@@ -1,6 +1,7 @@
-//! The parts of a product's board, as data: a further product of these chips is one more value of [`BoardKind`].
+//! The parts of a product's board, as data: a further product of these chips is one more value of [`BoardKind`], in
+//! `products.rs`.
 
-use crate::chip::at25::{AT25128, AT25256, AT25512, Part};
+use crate::chip::at25::Part;
 use crate::world::pin::Pin;
 
 /// The largest number of analog channels that a board can have.
@@ -77,73 +78,6 @@ pub enum AbnPins {
     Own,
 }
 
-/// The TMCM-1140: one axis on one TMC429. IN0 is the analog input, IN1 to IN3 are the switches.
-pub static TMCM_1140: BoardKind = BoardKind {
-    name: "TMCM-1140",
-    motion: MotionChips::Tmc429Tmc262,
-    controllers: &[1],
-    inputs: &[Input::Analog, Input::Switch(0, Pin::Left), Input::Switch(0, Pin::Right), Input::Switch(0, Pin::Home)],
-    enable_input: None,
-    outputs: 2,
-    pull_ups: 1,
-    full_current: 2_000,
-    magnetic_encoders: true,
-    abn: AbnPins::Switches,
-    eeprom: AT25128,
-};
-
-/// The TMCM-6110: six axes on two TMC429s, without encoders. Switches, also home switches, have pins of their own; IN0 and
-/// IN4 are the analog inputs. Its EEPROM is not published.
-pub static TMCM_6110: BoardKind = BoardKind {
-    name: "TMCM-6110",
-    motion: MotionChips::Tmc429Tmc262,
-    controllers: &[3, 3],
-    inputs: &[
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-    ],
-    enable_input: None,
-    outputs: 8,
-    pull_ups: 2,
-    full_current: 1_100,
-    magnetic_encoders: false,
-    abn: AbnPins::None,
-    eeprom: AT25256,
-};
-
-/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder. Its full current is the one that TMCM-Lib, which
-/// was written for it, reckons with.
-pub static TMCM_3110: BoardKind = BoardKind {
-    name: "TMCM-3110",
-    controllers: &[3],
-    pull_ups: 1,
-    full_current: 2_800,
-    abn: AbnPins::Own,
-    ..TMCM_6110
-};
-
-/// The TMCM-3212: three axes, each on a TMC5160 with an ABN encoder. All of its inputs are analog, too; switches, also
-/// home switches, have pins of their own.
-pub static TMCM_3212: BoardKind = BoardKind {
-    name: "TMCM-3212",
-    motion: MotionChips::Tmc5160,
-    controllers: &[1, 1, 1],
-    inputs: &[Input::Analog; 4],
-    enable_input: Some(10),
-    outputs: 4,
-    pull_ups: 0,
-    full_current: 3_000,
-    magnetic_encoders: false,
-    abn: AbnPins::Own,
-    eeprom: AT25512,
-};
-
 impl BoardKind {
     /// The number of axes of the board.
     pub fn axes(&self) -> usize {
@@ -194,27 +128,5 @@ impl BoardKind {
             1 => Err(format!("no axis {axis}: the {name} has one, axis 0")),
             axes => Err(format!("no axis {axis}: the {name} has axes 0 to {}", axes - 1)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn axes_are_counted_through_the_controllers() {
-        let kind = BoardKind { controllers: &[3, 2], ..TMCM_1140 };
-        let motors: Vec<_> = (0..6).map(|axis| kind.motor(axis)).collect();
-        let expected = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1)].map(Some);
-        assert_eq!((&motors[..5], motors[5]), (expected.as_slice(), None));
-        assert_eq!(kind.axes(), 5);
-        assert_eq!(kind.check_axis(5), Err("no axis 5: the TMCM-1140 has axes 0 to 4".into()));
-        assert_eq!(TMCM_1140.check_axis(1), Err("no axis 1: the TMCM-1140 has one, axis 0".into()));
-    }
-
-    #[test]
-    fn analog_channels_have_the_numbers_of_their_inputs() {
-        let kind = BoardKind { inputs: &[Input::Analog, Input::Free, Input::Analog], ..TMCM_1140 };
-        assert_eq!(kind.analog().collect::<Vec<_>>(), [0, 2]);
     }
 }

@@ -12,6 +12,7 @@ mod devices;
 mod faults;
 pub(crate) mod kind;
 mod motion;
+pub(crate) mod products;
 mod tmc429_tmc262;
 mod tmc5160;
 
@@ -19,7 +20,8 @@ pub use bus::Datagram;
 pub use calm::Calm;
 pub use chips::Observed;
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
-pub use kind::*;
+pub use kind::{AbnPins, BoardKind, Chip, Input, MOST_ANALOG, MotionChips};
+pub use products::*;
 pub use tmc429_tmc262::TMC429_CLOCK_HZ;
 
 use crate::chip::at25::At25;

@@ -30,7 +30,7 @@ mod iwdg;
 mod log;
 mod machine;
 mod peripheral;
-mod pinout;
+pub(crate) mod pinout;
 mod pwr;
 mod rcc;
 mod rs485;

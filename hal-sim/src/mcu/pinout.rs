@@ -1,8 +1,9 @@
-//! What the microcontroller's pins are connected to on a board, as data: a further board is one more value of [`Pinout`].
-//! The peripherals behind the pins are the same on all of them: SPI1 has the motion chips, SPI3 the EEPROM, USART3 the RS485
-//! transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of the motion controllers.
+//! What the microcontroller's pins are connected to on a board, as data: a further board is one more value of
+//! [`Pinout`], in `board/products.rs`. The peripherals behind the pins are the same on all of them: SPI1 has the motion
+//! chips, SPI3 the EEPROM, USART3 the RS485 transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of
+//! the motion controllers.
 
-use crate::board::{BoardKind, Chip, TMCM_1140, TMCM_3212, TMCM_6110};
+use crate::board::kind::{BoardKind, Chip};
 
 /// Port (0 is A) and number of a pin.
 pub type Pin = (usize, u32);
@@ -53,80 +54,9 @@ pub struct Pinout {
 }
 
 impl Pinout {
-    /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the digital ones is
-    /// a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a divider by eleven.
-    pub const TMCM_1140: Self = Self {
-        kind: &TMCM_1140,
-        selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
-        motion_bus: [(A, 5), (A, 6), (A, 7)],
-        eeprom_bus: [(C, 10), (C, 11), (C, 12)],
-        motion_clock: (A, 8),
-        rs485: [(B, 10), (B, 11), (E, 15)],
-        can: [(D, 0), (D, 1)],
-        leds: [(C, 5), (C, 4)],
-        outputs: &[(D, 10), (D, 11)],
-        pull_ups: &[(D, 14)],
-        inputs: &[(D, 8), (D, 12), (D, 13), (D, 9)],
-        enable: None,
-        homes: &[],
-        stalls: &[((E, 0), 0)],
-        disable: (E, 1),
-        encoder: Some([(D, 12), (D, 13)]),
-        // SWDIO and SWCLK.
-        pads: [(A, 13), (A, 14)],
-        analog: &[10],
-        supply: 11,
-        supply_full_scale: 363,
-    };
-
-    /// A board for the TMCM-6110. All pins are a choice of the firmware's: nothing is known of the module's own.
-    pub const TMCM_6110: Self = Self {
-        kind: &TMCM_6110,
-        selects: &[
-            ((A, 4), Chip::Tmc429(0)),
-            ((A, 3), Chip::Tmc429(1)),
-            ((E, 8), Chip::Tmc262(0)),
-            ((E, 9), Chip::Tmc262(1)),
-            ((E, 10), Chip::Tmc262(2)),
-            ((E, 11), Chip::Tmc262(3)),
-            ((E, 12), Chip::Tmc262(4)),
-            ((E, 13), Chip::Tmc262(5)),
-            ((A, 15), Chip::At25),
-        ],
-        outputs: &[(B, 12), (B, 13), (B, 14), (B, 15), (C, 6), (C, 7), (C, 8), (C, 9)],
-        pull_ups: &[(B, 8), (B, 9)],
-        inputs: &[(D, 8), (D, 9), (D, 10), (D, 11), (D, 12), (D, 13), (D, 14), (D, 15)],
-        homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2), ((D, 5), 3), ((D, 6), 4), ((D, 7), 5)],
-        stalls: &[((E, 2), 0), ((E, 3), 1), ((E, 4), 2), ((E, 5), 3), ((E, 6), 4), ((E, 7), 5)],
-        encoder: None,
-        analog: &[10, 12],
-        ..Self::TMCM_1140
-    };
-
-    /// A board for the TMCM-3212, whose pins are a choice of the firmware's as well. The home switches are not at the chips.
-    pub const TMCM_3212: Self = Self {
-        kind: &TMCM_3212,
-        selects: &[
-            ((E, 8), Chip::Tmc5160(0)),
-            ((E, 9), Chip::Tmc5160(1)),
-            ((E, 10), Chip::Tmc5160(2)),
-            ((A, 15), Chip::At25),
-        ],
-        outputs: &[(B, 12), (B, 13), (B, 14), (B, 15)],
-        pull_ups: &[],
-        inputs: &[(D, 8), (D, 9), (D, 10), (D, 11)],
-        enable: Some((D, 12)),
-        homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2)],
-        stalls: &[],
-        encoder: None,
-        analog: &[0, 1, 2, 3],
-        supply_full_scale: 627,
-        ..Self::TMCM_1140
-    };
-
     /// The pins of a board; `None` if they are not known.
     pub(super) fn of(kind: &BoardKind) -> Option<&'static Self> {
-        [&Self::TMCM_1140, &Self::TMCM_6110, &Self::TMCM_3212].into_iter().find(|pinout| pinout.kind == kind)
+        Self::ALL.into_iter().find(|pinout| pinout.kind == kind)
     }
 
     /// The digital inputs with their numbers.
@@ -142,24 +72,18 @@ impl Pinout {
     }
 }
 
-const A: usize = 0;
-const B: usize = 1;
-const C: usize = 2;
-const D: usize = 3;
-const E: usize = 4;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::Input;
+    use crate::board::kind::Input;
     use crate::world::pin::Pin as Switch;
     use std::collections::HashSet;
 
     /// Each part of the board has its pin, and no pin has two parts but where an encoder is at inputs.
     #[test]
     fn the_pins_are_those_of_the_parts_of_the_board() {
-        for pinout in [Pinout::TMCM_1140, Pinout::TMCM_6110, Pinout::TMCM_3212] {
-            let Pinout { kind, selects, outputs, pull_ups, inputs, homes, stalls, analog, .. } = pinout;
+        for pinout in Pinout::ALL {
+            let Pinout { kind, selects, outputs, pull_ups, inputs, homes, stalls, analog, .. } = *pinout;
             let axes = kind.axes();
             let chips =
                 |chips: &mut dyn Iterator<Item = Chip>| chips.map(|chip| format!("{chip:?}")).collect::<HashSet<_>>();

@@ -186,7 +186,7 @@ fn tenths(volts: f64) -> u16 {
 mod tests {
     use super::pin::Pin;
     use super::*;
-    use crate::board::kind::TMCM_1140;
+    use crate::board::products::TMCM_1140;
 
     #[test]
     fn the_pins_and_the_analog_channel_reach_the_inputs() {

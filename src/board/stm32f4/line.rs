@@ -47,7 +47,7 @@ impl Line {
     }
 
     /// Gives the pin a resistor that keeps it low while nobody drives it. The clock of its port has to be on.
-    #[cfg_attr(feature = "tmcm3212", expect(dead_code, reason = "only some boards have signals that nobody may drive"))]
+    #[allow(dead_code, reason = "only some boards have signals that nobody may drive")]
     pub(crate) fn pull_down(self) {
         self.port.pupdr().modify(|w| w.set_pupdr(self.pin, Pupdr::PULL_DOWN));
     }

@@ -13,7 +13,8 @@ pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable};
 pub use stage::StageConfig;
 
 use super::motor::FULL_TORQUE;
-use crate::board::kind::{BoardKind, TMCM_1140};
+use crate::board::kind::BoardKind;
+use crate::board::products::TMCM_1140;
 use serde::Deserialize;
 use toml::{Spanned, Table, Value};
 use wrong::{Wrong, line_at, within};
@@ -152,7 +153,8 @@ pub(crate) fn torque(fraction: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::kind::{AbnPins, TMCM_3110, TMCM_3212, TMCM_6110};
+    use crate::board::kind::AbnPins;
+    use crate::board::products::{TMCM_3110, TMCM_3212, TMCM_6110};
 
     #[test]
     fn an_empty_file_is_the_default_world() {
