@@ -62,8 +62,7 @@ fn functions(text: &str) -> Vec<(&str, usize)> {
         .filter_map(|(at, line)| {
             let indent = line.len() - line.trim_start().len();
             let ends = |line: &&str| line.len() == indent + 1 && line.ends_with('}');
-            let length =
-                if line.ends_with([';', '}']) { 1 } else { lines[at..].iter().position(|line| ends(&line))? + 1 };
+            let length = if line.ends_with([';', '}']) { 1 } else { lines[at..].iter().position(ends)? + 1 };
             let name = line.split("fn ").nth(1)?.split(['(', '<']).next()?;
             Some((name, length))
         })

@@ -9,7 +9,8 @@ use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::motion::{
-    Axis, Former, Hardware, Known, Leg, Mark, MotionController, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root,
+    Axis, Foreseeable, Former, Known, Leg, Mark, MotionController, Pace, Plan, Ratio, Sensors, Slope, Sought, Until,
+    root,
 };
 use tmcm::param::{AxisParameter, Table};
 use tmcm::product::{tmcm1140, tmcm3212};
@@ -31,7 +32,7 @@ pub(super) fn motion() {
 
 /// An axis on its hardware. It is not made part of another function, so that what can panic has a name.
 #[inline(never)]
-fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table<AxisParameter>) {
+fn axis<H: Foreseeable>(hardware: H, mut chip: H::Controller, table: &'static Table<AxisParameter>) {
     any(&mut chip);
     let _ = any(chip.start());
     let _ = any(chip.stop_all());

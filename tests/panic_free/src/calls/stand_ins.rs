@@ -6,12 +6,11 @@ use core::marker::PhantomData;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use tmcm::canopen;
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::device::{Board, Controller, Controllers, Parts};
 use tmcm::module::{Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
-use tmcm::motion::Hardware;
+use tmcm::motion::Foreseeable;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::product::{Tmcm1140, Tmcm1140Canopen, Tmcm3212, Tmcm6110};
@@ -52,7 +51,7 @@ impl OutputPin for Pin {
 
 /// A product with `AXES` axes on its chips.
 pub(super) trait Built<const AXES: usize>: Product + 'static {
-    type Hardware: Hardware;
+    type Hardware: Foreseeable;
     type Controllers: Controllers<Self::Hardware>;
 
     fn chips() -> (Self::Controllers, [Self::Hardware; AXES]);
