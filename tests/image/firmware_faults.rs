@@ -117,7 +117,7 @@ fn the_watchdog_restarts_a_module_whose_thread_mode_hangs() {
 /// A task that is never run again, while all others are: the code that runs it does nothing.
 #[test]
 fn the_watchdog_restarts_a_module_of_which_one_task_stands_still() {
-    let tasks = [("usb", "carry"), ("eeprom", "keep")];
+    let tasks = [("usb_link", "carry"), ("keeper", "keep")];
     for (product, (task, word)) in PRODUCTS.into_iter().flat_map(|product| tasks.map(|task| (product, task))) {
         let stop = |host: &mut Host| {
             let pool = host.symbols(&["board", task, word, "POOL"]);
