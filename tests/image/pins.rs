@@ -2,9 +2,11 @@
 //! sibling, whose board may be wired alike: no pin that is an input there may be driven here, for then two outputs work
 //! against each other.
 
-use crate::common::image_host::{Host, START};
+use crate::common::image_host::{Host, START, image};
+use hal_sim::board::{Board, Chip};
 use hal_sim::clock::MICROSECOND;
-use hal_sim::mcu::{Pin, Pinout};
+use hal_sim::mcu::{Machine, Pin, Pinout};
+use hal_sim::world::config::WorldConfig;
 use std::collections::BTreeMap;
 
 const A: usize = 0;
@@ -103,4 +105,33 @@ fn the_emulated_board_has_inputs_where_the_sibling_has() {
     assert_eq!((encoder, &inputs[1..3]), (Some([(D, 12), (D, 13)]), [(D, 12), (D, 13)].as_slice()));
     let [_, high] = OUTPUTS;
     assert!([outputs, pull_ups].concat().iter().all(|pin| high.contains(pin)), "{outputs:?}, {pull_ups:?}");
+}
+
+/// What ends the run of this image on a board with these pins.
+fn stop(pinout: &'static Pinout) -> String {
+    let board = Board::new(&WorldConfig::parse("").unwrap(), 0);
+    let mut machine = Machine::wired(image(), board, pinout).unwrap();
+    machine.run(START).map_or_else(|stop| stop.to_string(), |()| "goes on".into())
+}
+
+/// The pins of a board stand with the firmware and with the emulator: where they differ, the run ends with the pin.
+#[test]
+fn a_pin_that_the_board_has_otherwise_is_named() {
+    static SELECT: Pinout = Pinout {
+        selects: &[((B, 0), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
+        ..Pinout::TMCM_1140
+    };
+    static BUS: Pinout = Pinout { motion_bus: [(B, 3), (A, 6), (A, 7)], ..Pinout::TMCM_1140 };
+    static INPUT: Pinout =
+        Pinout { inputs: &[(D, 10), (D, 12), (D, 13), (D, 9)], outputs: &[(D, 8), (D, 11)], ..Pinout::TMCM_1140 };
+    assert_eq!(stop(&Pinout::TMCM_1140), "goes on");
+    assert_eq!(
+        stop(&SELECT),
+        "pin PA4: the firmware drives it low, while no chip is selected that it talks to, the emulated TMCM-1140 has nothing there"
+    );
+    assert_eq!(
+        stop(&BUS),
+        "pin PB3: the firmware uses SPI1 without it, the emulated TMCM-1140 has the clock of SPI1 there"
+    );
+    assert_eq!(stop(&INPUT), "pin PD10: the firmware drives it, the emulated TMCM-1140 has a digital input there");
 }

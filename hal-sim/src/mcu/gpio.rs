@@ -87,6 +87,11 @@ impl Gpio {
         bit(self.drives(), pin).then(|| bit(self.odr, pin))
     }
 
+    /// The pins that are outputs, one bit each.
+    pub(super) fn outputs(&self) -> u32 {
+        self.outputs
+    }
+
     /// Whether the pin's own resistor pulls it up.
     pub(super) fn is_pulled_up(&self, pin: u32) -> bool {
         bit(self.pulled_up, pin)

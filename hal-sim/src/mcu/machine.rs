@@ -207,6 +207,9 @@ impl Machine {
             if let Some(fault) = self.soc.fault {
                 return Err(fault.stop(cpu.pc()));
             }
+            if let Some(misfit) = self.soc.wiring.misfit() {
+                return Err(Stop::Pin(misfit));
+            }
             if let Some((pc, reason)) = cpu.refused() {
                 return Err(Stop::Instruction { pc, reason });
             }

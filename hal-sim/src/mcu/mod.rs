@@ -14,7 +14,7 @@
 //! | the core and its memories | `cpu`, `accelerator`, `elf` |
 //! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
 //! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
-//! | what the pins are connected to | `pinout`, `wiring`, `rs485` |
+//! | what the pins are connected to | `pinout`, `wiring`, `misfit`, `rs485` |
 
 mod accelerator;
 mod adc;
@@ -29,6 +29,7 @@ mod gpio;
 mod iwdg;
 mod log;
 mod machine;
+mod misfit;
 mod peripheral;
 pub(crate) mod pinout;
 mod pwr;
@@ -53,6 +54,7 @@ pub use cpu::Cpu;
 pub use elf::mark;
 pub use log::{Log, LogLine};
 pub use machine::{BitRates, Counters, Machine, Part, Waiting};
+pub use misfit::Misfit;
 pub use pinout::{Pin, Pinout};
 pub use rs485::Rs485;
 pub use serial::Character;

@@ -59,6 +59,30 @@ impl Pinout {
         Self::ALL.into_iter().find(|pinout| pinout.kind == kind)
     }
 
+    /// What is connected to the pins: of each the part, and whether the microcontroller drives it as an output.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (Pin, &'static str, bool)> {
+        let spi1 = ["the clock of SPI1", "the input of SPI1", "the output of SPI1"];
+        let spi3 = ["the clock of SPI3", "the input of SPI3", "the output of SPI3"];
+        let [sends, receives, direction] = self.rs485;
+        let all = |pins: &'static [Pin], part, output| pins.iter().map(move |pin| (*pin, part, output));
+        let of_axes = |pins: &'static [(Pin, usize)], part| pins.iter().map(move |(pin, _)| (*pin, part, false));
+        let buses = self.motion_bus.into_iter().zip(spi1).chain(self.eeprom_bus.into_iter().zip(spi3));
+        buses
+            .map(|(pin, part)| (pin, part, false))
+            .chain(self.selects.iter().map(|(pin, _)| (*pin, "a chip select", true)))
+            .chain([(self.motion_clock, "the clock of the motion chips", false), (self.disable, "ENN", true)])
+            .chain([(sends, "RS485", false), (receives, "RS485", false), (direction, "the direction of RS485", true)])
+            .chain(self.can.map(|pin| (pin, "CAN", false)))
+            .chain(self.leds.map(|pin| (pin, "an LED", true)))
+            .chain(self.pads.map(|pin| (pin, "the debug port", true)))
+            .chain(all(self.outputs, "a digital output", true))
+            .chain(all(self.pull_ups, "pull-up resistors", true))
+            .chain(all(self.inputs, "a digital input", false))
+            .chain(self.enable.map(|pin| (pin, "the ENABLE input", false)))
+            .chain(of_axes(self.homes, "a home switch"))
+            .chain(of_axes(self.stalls, "SG_TST of a driver"))
+    }
+
     /// The digital inputs with their numbers.
     pub(super) fn numbered_inputs(&self) -> impl Iterator<Item = (usize, Pin)> {
         self.inputs.iter().copied().enumerate().chain(self.kind.enable_input.zip(self.enable))

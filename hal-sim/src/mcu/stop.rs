@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::misfit::Misfit;
+
 /// The machine cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stop {
@@ -22,6 +24,8 @@ pub enum Stop {
         /// What is wrong.
         reason: &'static str,
     },
+    /// The firmware uses a pin otherwise than the board.
+    Pin(Misfit),
     /// The firmware executes something that the core does not model.
     Instruction {
         /// Where.
@@ -68,6 +72,7 @@ impl fmt::Display for Stop {
                     " {peripheral} register {offset:#x} (address {address:#010x}, before pc {pc:#010x}): {reason}"
                 )
             }
+            Self::Pin(misfit) => misfit.fmt(f),
             Self::Instruction { pc, reason } => write!(f, "instruction at pc {pc:#010x}: {reason}"),
             Self::LockedUp { pc } => write!(f, "the core is locked up at pc {pc:#010x}"),
         }

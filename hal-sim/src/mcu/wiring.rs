@@ -1,6 +1,7 @@
 //! The board at the microcontroller's pins, as a [`Pinout`] says: its chips, its inputs and outputs, its transceivers.
 
 use super::gpio::Gpio;
+use super::misfit::{Misfit, Pins};
 use super::peripheral::Cycles;
 use super::pinout::{Pin, Pinout};
 use super::rs485::Rs485;
@@ -47,6 +48,14 @@ impl SpiBus {
         }
     }
 
+    /// What the firmware does with a pin of the bus that it has left out.
+    fn unused(self) -> &'static str {
+        match self {
+            Self::Motion => "uses SPI1 without it",
+            Self::Eeprom => "uses SPI3 without it",
+        }
+    }
+
     fn has(self, chip: Chip) -> bool {
         (chip == Chip::At25) == (self == Self::Eeprom)
     }
@@ -63,6 +72,9 @@ pub struct Wiring {
     pub(super) board: Board,
     pub(super) rs485: Rs485,
     pinout: &'static Pinout,
+    pins: Pins,
+    /// The first pin about which firmware and board disagree.
+    misfit: Option<Misfit>,
     /// The ports that the board drives pins of, one bit each.
     driven: u32,
     /// ENN has its pull-up resistor.
@@ -95,6 +107,8 @@ impl Wiring {
             board,
             rs485: Rs485::default(),
             pinout,
+            pins: Pins::of(pinout),
+            misfit: None,
             driven: pinout.driven_ports(),
             disable_pulled_up: true,
             pads_connected: false,
@@ -134,6 +148,7 @@ impl Wiring {
         time: &Timebase,
     ) -> Result<(), &'static str> {
         let pinout = self.pinout;
+        self.misfit = self.misfit.or_else(|| self.pins.driven(ports, pinout));
         for (select, &(pin, chip)) in self.selects.iter_mut().zip(pinout.selects) {
             let low = level(ports, pin) == Some(false);
             if low != select.is_low() {
@@ -177,6 +192,11 @@ impl Wiring {
             self.board.set_motion_clock(clocked);
         }
         Ok(())
+    }
+
+    /// A pin about which firmware and board disagree; none as long as all is well.
+    pub(super) fn misfit(&self) -> Option<Misfit> {
+        self.misfit
     }
 
     /// The pin of ENN.
@@ -279,7 +299,8 @@ impl Wiring {
         time: &Timebase,
     ) -> Result<u16, &'static str> {
         let (pins, function) = bus.pins(self.pinout);
-        if pins.iter().any(|&pin| alternate(ports, pin) != Some(function)) {
+        if let Some(pin) = pins.iter().find(|&&pin| alternate(ports, pin) != Some(function)) {
+            self.misfit.get_or_insert_with(|| Misfit::of(self.pinout, *pin, bus.unused()));
             return Ok(if word.wide { FLOATING << 8 | FLOATING } else { FLOATING });
         }
         if mode != SPI_MODE {
@@ -289,6 +310,9 @@ impl Wiring {
         let chip = self.selected(bus);
         if self.on(bus).count() > 1 {
             return Err("two chips are selected on one bus");
+        }
+        if chip.is_none() {
+            self.misfit = self.misfit.or_else(|| self.pins.low(ports, self.pinout));
         }
         let mut byte = |mosi: u8| chip.map_or(FLOATING, |chip| self.board.byte(chip, mosi).into());
         Ok(if word.wide { byte((word.mosi >> 8) as u8) << 8 | byte(word.mosi as u8) } else { byte(word.mosi as u8) })
