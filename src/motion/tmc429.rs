@@ -108,6 +108,8 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         &self.known
     }
 
+    /// Always inlined, because a poll needs one or two of them at a time.
+    #[inline(always)]
     fn readings(&self, chip: &Tmc429<M>) -> Readings {
         let flags = self.driver.flags().into();
         Readings {

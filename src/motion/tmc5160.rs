@@ -139,6 +139,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         &self.known
     }
 
+    #[inline(always)]
     fn readings(&self, chip: &Tmc5160<D>) -> Readings {
         self.last_readings(chip)
     }

@@ -76,7 +76,9 @@ impl<D: SpiDevice> Bound<'_, D> {
 const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
 
 impl<D: SpiDevice> Tmc5160Axis<D> {
-    /// The last readings. While those of the driver may be older than its last release, a shut-down does not show.
+    /// The last readings. While those of the driver may be older than its last release, a shut-down does not show. Always
+    /// inlined, because a poll needs one or two of them at a time.
+    #[inline(always)]
     pub(super) fn last_readings(&self, chip: &Tmc5160<D>) -> Readings {
         let all = self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8;
         let flags = if self.delays.releasing > 0 { all & !SHUT_DOWN } else { all };
