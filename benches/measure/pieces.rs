@@ -16,7 +16,7 @@ use super::symbols::Symbols;
 const OWNERS: [u16; 2] = [OWNER, 16 + 20];
 /// The functions that look at the links: whether there is a request on RS485, and whether an interrupt of the owner's is
 /// pending.
-const LOOKS: [&str; 2] = ["board::rs485::request", "board::owner::Owner::wanted"];
+const LOOKS: [&str; 2] = ["stm32f4::rs485::request", "runtime::owner::Owner::wanted"];
 
 /// Time for each command that is sent while the owner is watched.
 const EACH: Nanos = 2 * MILLISECOND;
@@ -168,6 +168,9 @@ fn longest(elf: &[u8]) -> Result<Vec<u64>, Failure> {
             }
         }
         host.watch(work.span, &mut |step| watch.add(&step))?;
+        if !watch.looks.values().any(|looks| *looks) {
+            return Err(format!("pieces: the owner of this image calls none of {}", LOOKS.join(" and ")).into());
+        }
         Ok(watch.longest)
     };
     WORKS.iter().map(one).collect()
