@@ -2,20 +2,17 @@
 //!
 //! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
 //! * Each floor of the board uses only floors declared above it in `src/board/mod.rs`.
-//! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither chip drivers nor the store
-//!   use a parameter table ([`APART`]).
-//! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
+//! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither chip
+//!   drivers nor the store use a parameter table ([`APART`]).
+//! * What a motion chip demands is known by its driver and by one folder in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
-//! * The device, the interpreter, the language TMCL and its firmware name no chip and no product, not even in comments
-//!   ([`NAMELESS`]).
-//! * Chip drivers and the store do not name a parameter by its number, not even in comments ([`NUMBERED`]).
+//! * The device, the interpreter, the language TMCL and its firmware name no chip and no product, and chip drivers and the
+//!   store no parameter by its number, not even in comments; comments of items begin with their subject: `layers/words.rs`.
 //! * No two files of a crate import each other, directly or through other files; `layers/imports.rs` defines
 //!   imports.
 //! * Calls of a type's own methods between files form no circle, and the methods are in few files: else it is several types
 //!   in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
-//! * No trait of the firmware has more than [`MOST_FUNCTIONS`] functions, no function more than [`MOST_LINES`] lines, and neither
-//!   an axis nor what it is made of more than [`MOST_FIELDS`] fields; `layers/sizes.rs` counts them.
-//! * Comments of items in [`NAMED`] begin with their subject.
+//! * Traits and functions of the firmware, an axis and what it is made of are small: `layers/sizes.rs`.
 //! * The services of CiA 301 use nothing of the firmware but frames and units.
 //! * The simulated hardware does not use the firmware, and the virtual modules do not use the command line.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
@@ -37,13 +34,14 @@ mod owners;
 mod sizes;
 #[path = "layers/tokens.rs"]
 mod tokens;
+#[path = "layers/words.rs"]
+mod words;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use sizes::{Sized, Sizes};
 use tokens::tokens;
 
 /// The modules that a source names by a path from the crate's root: `crate::a::b`, `crate::{a, b::c}`, or by as many
@@ -241,69 +239,6 @@ fn named_of_motion_chips<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     named
 }
 
-/// Modules that must not name a chip or a product: products are data.
-const NAMELESS: [&str; 5] = ["tmcl", "device", "vm", "executor", "module"];
-#[test]
-fn what_holds_for_all_products_names_none() {
-    let mut found = String::new();
-    let mut checked = 0;
-    for module in NAMELESS {
-        for (path, text, _) in files_of(module) {
-            for (number, line) in (1..).zip(text.lines()) {
-                for name in names_of_products(line) {
-                    found.push_str(&format!("{}:{number}: {name}\n", path.display()));
-                }
-            }
-            checked += 1;
-        }
-    }
-    assert!(found.is_empty(), "chips or products are named:\n{found}");
-    assert!(checked > 30, "{checked} files");
-}
-
-/// The words of a line that name a chip (TMC and a number, AT25...), or a product by its name or number.
-fn names_of_products(line: &str) -> Vec<&str> {
-    const NUMBERS: [&str; 4] = ["1140", "3110", "3212", "6110"];
-    let words = line.split(|c: char| !c.is_alphanumeric());
-    let names = |word: &&str| {
-        let word = word.to_lowercase();
-        let chip = word.strip_prefix("tmc").is_some_and(|rest| rest.starts_with(|c: char| c == 'm' || c.is_numeric()));
-        chip || word.starts_with("at25") || NUMBERS.iter().any(|number| word.contains(number))
-    };
-    words.filter(names).collect()
-}
-
-#[test]
-fn names_of_products_are_recognised() {
-    let all =
-        names_of_products("TMCM-3212 of tmcm6110::AXIS, Tmc429 and AT25512; TMCL 1234 \"1140V142\" TMCM_1140 tmc");
-    assert_eq!(all, ["TMCM", "3212", "tmcm6110", "Tmc429", "AT25512", "1140V142", "TMCM", "1140"]);
-}
-
-/// Modules that must not name a TMCL parameter by its number.
-const NUMBERED: [&str; 2] = ["chip", "store"];
-#[test]
-fn drivers_and_store_name_no_parameter_by_its_number() {
-    let mut found = BTreeSet::new();
-    for module in NUMBERED {
-        let files = files_of(module).into_iter();
-        found.extend(files.filter(|(_, source, _)| !numbers_of_parameters(source).is_empty()).map(|(path, ..)| path));
-    }
-    assert!(found.is_empty(), "{found:?}");
-}
-
-/// The numbers of parameters that a text names: 81 for "parameter 81", 6 for "parameters 6 and 7".
-fn numbers_of_parameters(text: &str) -> Vec<u32> {
-    let mut words = text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty()).peekable();
-    let mut numbers = Vec::new();
-    while let Some(word) = words.next() {
-        if matches!(word.to_ascii_lowercase().as_str(), "parameter" | "parameters") {
-            numbers.extend(words.peek().and_then(|number| number.parse::<u32>().ok()));
-        }
-    }
-    numbers
-}
-
 /// The files of a module of the firmware: path within `src`, text, and depth of the file's own module.
 fn files_of(module: &str) -> Vec<(PathBuf, String, usize)> {
     let source = root().join("src");
@@ -365,52 +300,6 @@ fn calls_of_own_methods_between_files_form_no_circle() {
     }
     assert!(table.len() > 100, "{} types", table.len());
     assert!(wrong.is_empty(), "give the state an owner below the others:\n{wrong}");
-}
-
-/// The most functions that a trait of the firmware may have.
-const MOST_FUNCTIONS: usize = 20;
-/// The most lines that a function of the firmware may have.
-const MOST_LINES: usize = 100;
-/// The most fields that an axis may have, and what it is made of.
-const MOST_FIELDS: usize = 14;
-/// What may have more: a search is data that is worked out once.
-const DATA: [&str; 1] = ["Search"];
-#[test]
-fn traits_functions_and_axes_are_small() {
-    let files = sources(&root().join("src"));
-    let sizes: Vec<_> = files.iter().map(|file| Sizes::of(file, &fs::read_to_string(file).unwrap())).collect();
-    let motion = root().join("src/motion");
-    let of_axes = |thing: &&Sized| thing.file.starts_with(&motion) && !DATA.contains(&thing.name.as_str());
-    let checked = [
-        ("functions", MOST_FUNCTIONS, sizes.iter().flat_map(|sizes| &sizes.traits).collect::<Vec<_>>()),
-        ("lines", MOST_LINES, sizes.iter().flat_map(|sizes| &sizes.lines).collect()),
-        ("fields", MOST_FIELDS, sizes.iter().flat_map(|sizes| &sizes.fields).filter(of_axes).collect()),
-    ];
-    for (what, most, things) in checked {
-        assert!(things.len() > 10, "{} with {what}", things.len());
-        let large: Vec<_> = things.into_iter().filter(|thing| thing.size > most).collect();
-        assert!(large.is_empty(), "more than {most} {what}: {large:#?}");
-    }
-}
-
-/// How a comment begins that does not name its subject.
-const SUBJECTLESS: [&str; 4] = ["It", "What", "The same", "That"];
-/// The modules whose comments are looked at.
-const NAMED: [&str; 5] = ["motion", "device", "chip", "param", "product"];
-#[test]
-fn comments_of_items_name_their_subject() {
-    for (file, text, _) in NAMED.iter().flat_map(|module| files_of(module)) {
-        let mut before = "";
-        for line in text.lines().map(str::trim_start) {
-            let begins =
-                line.starts_with("///") && !before.starts_with("///") || line.starts_with("//!") && before.is_empty();
-            let words = line.trim_start_matches(['/', '!', ' ']);
-            let subjectless =
-                SUBJECTLESS.iter().any(|word| words.strip_prefix(word).is_some_and(|rest| rest.starts_with(' ')));
-            assert!(!(begins && subjectless), "{}: {line}", file.display());
-            before = line;
-        }
-    }
 }
 
 /// What the services of CiA 301 use of the firmware, besides each other.

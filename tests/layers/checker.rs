@@ -43,12 +43,6 @@ fn finds_what_is_taken_from_a_motion_chip() {
     assert_eq!(found("use crate::chip::tmc262::Tmc262; use crate::chip::encoder::{Counter, TURN};"), "");
 }
 
-#[test]
-fn finds_numbers_of_parameters() {
-    assert_eq!(numbers_of_parameters("// Parameter\n/// 81, and parameters 6 and 7;"), [81, 6]);
-    assert!(numbers_of_parameters("from_parameter(40), a parameter, one of 5").is_empty());
-}
-
 /// The folder with these files of a crate.
 fn written(name: &str, files: &[(&str, &str)]) -> PathBuf {
     let folder = fw::programs().unwrap().join("layers").join(name);

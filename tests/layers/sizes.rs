@@ -1,33 +1,62 @@
 //! Measures what grows: the functions of a trait, the fields of a type, and the lines of a function.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use syn::visit::{self, Visit};
 use syn::{Ident, ItemStruct, ItemTrait, TraitItem};
 
+use crate::{root, sources};
+
+/// The most functions that a trait of the firmware may have.
+const MOST_FUNCTIONS: usize = 20;
+/// The most lines that a function of the firmware may have.
+const MOST_LINES: usize = 100;
+/// The most fields that an axis may have, and what it is made of.
+const MOST_FIELDS: usize = 14;
+/// What may have more: a search is data that is worked out once.
+const DATA: [&str; 1] = ["Search"];
+#[test]
+fn traits_functions_and_axes_are_small() {
+    let files = sources(&root().join("src"));
+    let sizes: Vec<_> = files.iter().map(|file| Sizes::of(file, &fs::read_to_string(file).unwrap())).collect();
+    let motion = root().join("src/motion");
+    let of_axes = |thing: &&Sized| thing.file.starts_with(&motion) && !DATA.contains(&thing.name.as_str());
+    let checked = [
+        ("functions", MOST_FUNCTIONS, sizes.iter().flat_map(|sizes| &sizes.traits).collect::<Vec<_>>()),
+        ("lines", MOST_LINES, sizes.iter().flat_map(|sizes| &sizes.lines).collect()),
+        ("fields", MOST_FIELDS, sizes.iter().flat_map(|sizes| &sizes.fields).filter(of_axes).collect()),
+    ];
+    for (what, most, things) in checked {
+        assert!(things.len() > 10, "{} with {what}", things.len());
+        let large: Vec<_> = things.into_iter().filter(|thing| thing.size > most).collect();
+        assert!(large.is_empty(), "more than {most} {what}: {large:#?}");
+    }
+}
+
 /// A thing that can be too large.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Sized {
-    pub(crate) file: PathBuf,
-    pub(crate) name: String,
-    pub(crate) size: usize,
+struct Sized {
+    file: PathBuf,
+    name: String,
+    size: usize,
 }
 
 /// The sizes of the things in a source file.
 #[derive(Debug, Default)]
-pub(crate) struct Sizes {
+struct Sizes {
     file: PathBuf,
     /// Functions of each trait, provided ones among them.
-    pub(crate) traits: Vec<Sized>,
+    traits: Vec<Sized>,
     /// Fields of each structure.
-    pub(crate) fields: Vec<Sized>,
+    fields: Vec<Sized>,
     /// Lines of each function, from its first to its last brace.
-    pub(crate) lines: Vec<Sized>,
+    lines: Vec<Sized>,
 }
 
 impl Sizes {
     /// Those of a file with this text.
-    pub(crate) fn of(file: &Path, text: &str) -> Self {
+    fn of(file: &Path, text: &str) -> Self {
         let mut sizes = Sizes { file: file.to_path_buf(), ..Sizes::default() };
         sizes.visit_file(&syn::parse_file(text).unwrap());
         let thing = |(name, size): (&str, usize)| Sized { file: file.to_path_buf(), name: name.into(), size };
