@@ -25,7 +25,7 @@ impl<H: Hardware> Joined<'_, H> {
         let deviation = deviates && !self.axis.orders.deviating;
         let faults = readings.shut_downs & !self.axis.orders.alarms;
         // If the chip does not answer now, the next poll asks it again.
-        let stall = self.look_for_stall(self.axis.sensors.stall).unwrap_or(false);
+        let stall = self.look_for_stall().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
         }

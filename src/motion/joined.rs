@@ -76,11 +76,11 @@ impl<H: Hardware> Joined<'_, H> {
         driving.release(&mut hardware.bind(self.controller), values, &mut orders.alarms, measured)
     }
 
-    /// Looks for a stall of the motor. `pin` is the level of the driver's output for this, on a driver that has one.
-    pub(super) fn look_for_stall(&mut self, pin: bool) -> Result<bool, Error> {
-        let Axis { hardware, values, measured, .. } = &mut *self.axis;
+    /// Looks for a stall of the motor, as in [`Measured::stalls`](super::stall::Measured::stalls).
+    pub(super) fn look_for_stall(&mut self) -> Result<bool, Error> {
+        let Axis { hardware, values, measured, sensors, .. } = &mut *self.axis;
         let known = *hardware.known();
-        measured.stalls(&mut hardware.bind(self.controller), known, values, pin)
+        measured.stalls(&mut hardware.bind(self.controller), known, values, sensors.stall)
     }
 
     /// Reads the actual position in microsteps from the hardware.
