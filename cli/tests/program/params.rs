@@ -292,7 +292,7 @@ fn settings_are_compared() {
     let said = String::from_utf8_lossy(&piped.stdout);
     assert!(said.contains("-SAP 4, 0, 1 // maximum positioning speed\n+SAP 4, 0, 1500"), "{said}");
     for (arguments, code, expected) in [
-        (&["diff", file, sim.told("rs485"), "--address", "2"][..], 1, "is of a TMCM-1140, and"),
+        (&["diff", file, sim.told("rs485"), "--address", "2", "--timeout", "10000"][..], 1, "is of a TMCM-1140, and"),
         (&["diff", file, "none.tmcl"], 2, "there is no such file"),
         (&["diff", "nofile", file], 2, "there is no such file, and it is no LINK"),
         (&["diff", "/dev/nobody", file], 1, "Is the module connected?"),
