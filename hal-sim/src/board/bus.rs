@@ -93,24 +93,45 @@ impl Board {
 
     /// Eight clocks on the bus of `chip`, which is selected. Returns the byte that MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
+        let mut byte = [mosi];
+        self.exchange(chip, &mut byte);
+        let [miso] = byte;
+        miso
+    }
+
+    /// Clocks `bytes` over the bus of `chip`, which is selected, all at the present time, and puts those that MISO reads in
+    /// their places.
+    pub(super) fn exchange(&mut self, chip: Chip, bytes: &mut [u8]) {
+        if chip == Chip::At25 {
+            return bytes.iter_mut().for_each(|byte| *byte = self.eeprom_byte(*byte));
+        }
         // The motion bus carries one datagram at a time, so the last one is under way.
-        if chip != Chip::At25
-            && let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())
+        if let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())
             && datagram.chip == chip
         {
-            datagram.bytes.push(mosi);
+            datagram.bytes.extend_from_slice(bytes);
         }
-        let Some(slave) = self.slave(chip) else { return FLOATING };
+        match self.slave(chip) {
+            Some(slave) => slave.bytes(bytes),
+            None => return bytes.fill(FLOATING),
+        }
+        if self.loss.now {
+            bytes.fill(FLOATING);
+        } else if let Some(stuck) = self.motion_bus_stuck {
+            bytes.fill(stuck);
+        }
+    }
+
+    /// Eight clocks on the bus of the EEPROM, after which the power may be cut.
+    fn eeprom_byte(&mut self, mosi: u8) -> u8 {
+        let Some(slave) = self.slave(Chip::At25) else { return FLOATING };
         let miso = slave.byte(mosi);
-        if chip == Chip::At25 {
-            self.eeprom_bytes += 1;
-            if self.cut_at == Some(self.eeprom_bytes) {
-                self.power_off();
-                return FLOATING;
-            }
-            return miso;
+        self.eeprom_bytes += 1;
+        if self.cut_at == Some(self.eeprom_bytes) {
+            self.power_off();
+            return FLOATING;
         }
-        if self.loss.now { FLOATING } else { self.motion_bus_stuck.unwrap_or(miso) }
+        miso
     }
 
     /// Loses the answers of `count` datagrams on the motion bus, after `after` others; where `whole` is true, the datagrams as
@@ -136,7 +157,12 @@ impl Board {
         (self.lines[index].selected, self.lines[index].deselected) = (false, now);
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);
-            // A datagram to a driver acts on its motor at once; what one to a TMC429 or to the EEPROM leads to is due later.
+            if let Chip::Tmc429(_) = chip {
+                // What a datagram to a TMC429 leads to comes later, and what is due otherwise stays so.
+                self.due = self.due.min(self.motion.chips().next_due());
+                return;
+            }
+            // A datagram to a driver acts on its motor at once.
             if let Chip::Tmc262(axis) | Chip::Tmc5160(axis) = chip {
                 self.connect_axis(axis);
                 self.settle();

@@ -68,20 +68,31 @@ struct Clocks<'a> {
 }
 
 impl Clocks<'_> {
-    #[inline]
-    fn byte(&mut self, mosi: u8) -> u8 {
-        let SimSpi { chip, hz, byte: (whole, part), .. } = *self.spi;
-        self.now = (self.now.0 + whole, self.now.1 + part);
-        if self.now.1 >= hz {
-            self.now = (self.now.0 + 1, self.now.1 - hz);
+    /// Exchanges bytes with the chip. What a chip on the motion bus answers is settled with the first byte, which has the
+    /// register; the others it only shifts until its chip select rises, so all of them are exchanged at the end of the first.
+    /// The EEPROM is asked byte by byte.
+    fn bytes(&mut self, bytes: &mut [u8]) {
+        let together = if self.spi.chip == Chip::At25 { 1 } else { bytes.len().max(1) };
+        for bytes in bytes.chunks_mut(together) {
+            self.pass(1);
+            self.board.advance_to(self.now.0);
+            self.board.exchange(self.spi.chip, bytes);
+            self.pass(bytes.len() as u64 - 1);
         }
-        self.board.advance_to(self.now.0);
-        self.board.byte(chip, mosi)
     }
 
+    /// So many bytes take their time.
+    fn pass(&mut self, bytes: u64) {
+        let SimSpi { hz, byte: (whole, part), .. } = *self.spi;
+        self.now = (self.now.0 + bytes * whole, self.now.1 + bytes * part);
+        while self.now.1 >= hz {
+            self.now = (self.now.0 + 1, self.now.1 - hz);
+        }
+    }
+
+    /// No clocks for some time, from a whole nanosecond on.
     fn pause(&mut self, time: Nanos) {
-        self.now = (self.board.now() + time, 0);
-        self.board.advance_to(self.now.0);
+        self.now = (self.now.0 + time, 0);
     }
 }
 
@@ -95,29 +106,28 @@ impl SpiDevice for SimSpi {
         let ready = board.ready(self.chip);
         board.advance_to(ready);
         board.select(self.chip);
-        let mut clocks = Clocks { board: &mut board, spi: self, now: (0, 0) };
-        clocks.pause(SELECT_TIME);
+        let now = (board.now() + SELECT_TIME, 0);
+        let mut clocks = Clocks { board: &mut board, spi: self, now };
         for operation in operations {
             match operation {
-                Operation::Read(read) => read.iter_mut().for_each(|to| *to = clocks.byte(0)),
-                Operation::Write(write) => write.iter().for_each(|&byte| {
-                    clocks.byte(byte);
-                }),
+                Operation::Read(read) => {
+                    read.fill(0);
+                    clocks.bytes(read);
+                }
+                Operation::Write(write) => write.iter().for_each(|&byte| clocks.bytes(&mut [byte])),
                 Operation::Transfer(read, write) => {
-                    for index in 0..read.len().max(write.len()) {
-                        let miso = clocks.byte(write.get(index).copied().unwrap_or(0));
-                        if let Some(to) = read.get_mut(index) {
-                            *to = miso;
-                        }
-                    }
+                    let mut rest = write.iter().copied();
+                    read.iter_mut().for_each(|byte| *byte = rest.next().unwrap_or(0));
+                    clocks.bytes(read);
+                    rest.for_each(|byte| clocks.bytes(&mut [byte]));
                 }
-                Operation::TransferInPlace(bytes) => {
-                    bytes.iter_mut().for_each(|byte| *byte = clocks.byte(*byte));
-                }
+                Operation::TransferInPlace(bytes) => clocks.bytes(bytes),
                 Operation::DelayNs(time) => clocks.pause(u64::from(*time)),
             }
         }
         clocks.pause(SELECT_TIME);
+        let end = clocks.now.0;
+        board.advance_to(end);
         board.deselect(self.chip);
         Ok(())
     }

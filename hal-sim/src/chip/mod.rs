@@ -18,6 +18,10 @@ pub trait SpiSlave {
     fn select(&mut self, now: Nanos);
     /// Eight clocks: takes the byte on MOSI and returns the byte the chip shifted out meanwhile.
     fn byte(&mut self, mosi: u8) -> u8;
+    /// Eight clocks for each of `bytes`, with the byte on MOSI there before and the one the chip shifted out after.
+    fn bytes(&mut self, bytes: &mut [u8]) {
+        bytes.iter_mut().for_each(|byte| *byte = self.byte(*byte));
+    }
     /// Chip select becomes inactive (rises); a complete datagram takes effect now.
     fn deselect(&mut self, now: Nanos);
 }

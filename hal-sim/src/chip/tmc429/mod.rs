@@ -208,10 +208,11 @@ impl Tmc429 {
 
     /// Executes all ticks up to `last`.
     fn run(&mut self, last: u64, load: &mut impl StepDir) {
-        loop {
-            self.skip_steps(last, load);
-            let [first, second, third] = [0, 1, 2].map(|motor| self.axes[motor].next());
-            let tick = first.min(second).min(third);
+        while self.next() <= last {
+            if self.axes.iter().any(|axis| axis.free_steps_due(last) > 1) && self.global.step_direction() {
+                self.skip_steps(last, load);
+            }
+            let tick = self.next();
             if tick > last {
                 return;
             }
@@ -227,13 +228,16 @@ impl Tmc429 {
         }
     }
 
+    /// The next tick at which something happens to a motor.
+    #[inline]
+    fn next(&self) -> u64 {
+        let [first, second, third] = &self.axes;
+        first.next().min(second.next()).min(third.next())
+    }
+
     /// Makes the steps at once that are due by tick `last` and change nothing but positions, up to the first tick at which
     /// something else happens to any motor. Some of the last ones may be left.
-    #[inline]
     fn skip_steps(&mut self, last: u64, load: &mut impl StepDir) {
-        if !self.axes.iter().any(|axis| axis.free_steps_due(last) > 1) || !self.global.step_direction() {
-            return;
-        }
         let mut end = last;
         for (motor, axis) in self.axes.iter().enumerate().filter(|(_, axis)| axis.next() <= last) {
             let free = self.free_steps(motor, load);
@@ -317,8 +321,7 @@ impl Tmc429 {
     }
 
     fn reschedule(&mut self) {
-        let axes = self.axes.iter().map(Axis::next).min().unwrap_or(NEVER);
-        let next = axes.min(self.global.sent_at().unwrap_or(NEVER));
+        let next = self.next().min(self.global.sent_at().unwrap_or(NEVER));
         self.due =
             if self.powered_down || !self.clocked || next == NEVER { Nanos::MAX } else { self.clock.time_of(next) };
     }
@@ -418,7 +421,7 @@ impl SpiSlave for Tmc429 {
         }
         if self.received == 0 && mosi & READ != 0 {
             let [_, high, middle, low] = self.read(mosi).to_be_bytes();
-            self.reply = [self.reply[0], high, middle, low];
+            self.reply = [miso, high, middle, low];
         }
         self.received = self.received.saturating_add(1);
         miso
