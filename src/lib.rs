@@ -65,6 +65,7 @@
 //! * [`executor`] - carries out the commands of TMCL that need no more than a device and the interpreter's registers
 //! * [`module`] - the TMCL firmware, a device, the executor, links and programs: `execute(command)`, `poll(now)`
 //! * [`canopen`] - the CANopen firmware, a device and CiA 301: `receive(frame)`, `next_frame()`, `poll(now)`
+//! * [`firmware`] - a firmware as that on which it runs sees it, board or simulator, whatever language it speaks
 //! * [`product`] - the products as data: parameters, memories, slots of settings
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //! * [`image!`] - the binary of an image
@@ -97,6 +98,8 @@ pub mod executor;
 pub mod module;
 
 pub mod canopen;
+
+pub mod firmware;
 
 pub mod product;
 

@@ -30,6 +30,6 @@ mod boards;
 
 mod runtime;
 
-pub use runtime::{Canopen, Ends, Firmware, Room, Tmcl, panicked, run};
+pub use runtime::{Around, Canopen, Room, Runs, Tmcl, panicked, run};
 
 use defmt_rtt as _;

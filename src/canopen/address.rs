@@ -19,6 +19,11 @@ impl Address {
     /// Those of a node that has never been told any.
     pub const DEFAULT: Self = Address { node: 1, bit_rate: 1000 };
 
+    /// The bit rate in bit/s.
+    pub fn bits_per_second(self) -> u32 {
+        u32::from(self.bit_rate).saturating_mul(1000)
+    }
+
     /// Two words that keep the address in memory which survives a restart.
     pub fn to_kept(self) -> [u32; 2] {
         let word = u32::from(self.bit_rate) << 8 | u32::from(self.node);

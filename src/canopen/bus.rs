@@ -2,6 +2,8 @@
 
 use heapless::Vec;
 
+use crate::can::Frame;
+
 /// State of the CAN controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusState {
@@ -36,3 +38,37 @@ pub struct Filter {
 /// The frames that the node wants to receive: commands, SYNC, SDO requests, guarding, the heartbeat of the master, and
 /// four PDOs.
 pub type Filters = Vec<Filter, 9>;
+
+/// The CAN controller as the node uses it.
+pub trait Bus {
+    /// The state of the controller.
+    fn state(&self) -> BusState;
+
+    /// Has these frames come, and no others.
+    fn listen_to(&mut self, filters: &Filters);
+
+    /// The frame that has come first.
+    fn read(&mut self) -> Option<Frame>;
+
+    /// True, once, after frames have come for which there was no room.
+    fn has_overrun(&mut self) -> bool;
+
+    /// Takes note of frames that have been sent.
+    fn settle(&mut self);
+
+    /// True if another frame can be [written](Self::write).
+    fn has_room(&self) -> bool;
+
+    /// True while no frame is on its way.
+    fn is_empty(&self) -> bool;
+
+    /// Sends a frame as soon as no lower identifier is before it.
+    fn write(&mut self, frame: &Frame);
+
+    /// Drops all frames that have not been sent.
+    fn clear(&mut self);
+
+    /// The node has sent what it can. It is to be asked again when a frame has gone, if it `waits` for that, or if frames
+    /// wait in the controller.
+    fn wait(&mut self, waits: bool);
+}

@@ -1,7 +1,9 @@
 //! The frames of a node: what those that come in do, and which go out.
 
+use core::ops::ControlFlow;
+
 use super::Node;
-use super::bus::{BusState, Filter, Filters, Overflow};
+use super::bus::{Bus, BusState, Filter, Filters, Overflow};
 use super::cia301::nmt::{Command, Nmt};
 use super::cia301::pdo::Received;
 use super::cia301::sdo::Asked;
@@ -14,7 +16,7 @@ use super::read::Value;
 use super::values::pdos;
 use super::write::named;
 use super::{COMMAND, CONTROL, SDO_REPLY, SDO_REQUEST};
-use crate::can::{CanFrame, Frame, Id};
+use crate::can::{CanFrame, Frame, Id, StandardId};
 use crate::device::Board;
 use crate::executor::Product;
 use crate::units::Micros;
@@ -123,6 +125,49 @@ impl<T: Board<Product: Product>> Node<T> {
         errors.overlook(Emergency::MasterLost);
         errors.restart();
         (self.manufacturer_mode, self.filters_changed) = (false, true);
+    }
+
+    /// Sends what the node has to send, and sees to the filters before, because what a reply confirms is to hold. Off the
+    /// bus the node keeps its frames.
+    pub fn send(&mut self, bus: &mut impl Bus) {
+        if let Some(filters) = self.filters() {
+            bus.listen_to(&filters);
+        }
+        bus.settle();
+        if self.bus != BusState::Off {
+            while let ControlFlow::Continue(()) = self.send_next(bus) {}
+        }
+        bus.wait(self.boots);
+    }
+
+    fn send_next(&mut self, bus: &mut impl Bus) -> ControlFlow<()> {
+        self.boots = self.boots && !bus.is_empty();
+        if self.boots || !bus.has_room() {
+            return ControlFlow::Break(());
+        }
+        let Some(frame) = self.next_frame() else { return ControlFlow::Break(()) };
+        self.boots = self.is_boot_up(&frame);
+        bus.write(&frame);
+        ControlFlow::Continue(())
+    }
+
+    /// True for the message by which a node tells that it has started: error control, with a state of 0.
+    fn is_boot_up(&self, frame: &Frame) -> bool {
+        let id = StandardId::new(CONTROL | u16::from(self.identity.address.node));
+        id.is_some_and(|id| frame.id() == id.into()) && frame.data() == [0]
+    }
+
+    /// Takes note of what has become of the bus since the last look, a millisecond ago at most.
+    pub fn look_at(&mut self, now: Micros, bus: &mut impl Bus) {
+        if bus.has_overrun() {
+            self.lost(now, Overflow::Controller);
+        }
+        let state = bus.state();
+        // But for the boot-up message, all that waits is out of date when the others hear this node again.
+        if state == BusState::Off && self.bus != BusState::Off && !self.boots {
+            bus.clear();
+        }
+        self.bus(now, state);
     }
 
     /// The next frame to be sent. Boot-up and emergencies go first; PDOs go before SDO replies.

@@ -27,7 +27,6 @@ mod object;
 mod parts;
 mod read;
 mod row;
-mod saved;
 mod settings;
 mod store;
 mod switches;
@@ -37,7 +36,7 @@ mod values;
 mod write;
 
 pub use address::Address;
-pub use bus::{BusState, Filter, Filters, Overflow};
+pub use bus::{Bus, BusState, Filter, Filters, Overflow};
 pub use cia301::abort::Abort;
 pub use cia301::nmt::Nmt;
 pub use cia301::record::{Direction, Field};

@@ -5,6 +5,7 @@ use core::fmt;
 use super::address::{Address, Identity};
 use super::bus::BusState;
 use super::cia301::Services;
+use super::cia301::abort::Abort;
 use super::cia301::nmt::Nmt;
 use super::drive::Drive;
 use super::entry::Entry;
@@ -16,7 +17,7 @@ use super::tunnel::Tunnel;
 use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
 use crate::executor::Product;
 use crate::motion::{Axis, Events};
-use crate::store::Store;
+use crate::store::{Finished, Need, Store};
 use crate::units::Micros;
 
 /// Half the period in which the status LED blinks, in milliseconds.
@@ -33,7 +34,10 @@ pub struct Node<T: Board<Product: Product>> {
     pub(super) filters_changed: bool,
     /// PDOs can be changed while they are valid (2701h).
     pub(super) manufacturer_mode: bool,
+    /// The state of the bus as the node knows it.
     pub(super) bus: BusState,
+    /// The boot-up message is on its way; nothing else is sent before it, whatever its identifier.
+    pub(super) boots: bool,
     pub(super) identity: Identity,
     pub(super) settings: Settings,
     pub(super) live: Live,
@@ -65,6 +69,7 @@ impl<T: Board<Product: Product>> Node<T> {
             filters_changed: true,
             manufacturer_mode: false,
             bus: BusState::Active,
+            boots: false,
             identity: Identity::UNKNOWN,
             settings: Settings::new(),
             live: Live::default(),
@@ -171,6 +176,39 @@ impl<T: Board<Product: Product>> Node<T> {
         outputs.restart = due;
         // LED2 in place of LED1 shows that the address is unknown.
         Outputs { led: outputs.led && known, trouble: outputs.trouble || !known, ..*outputs }
+    }
+
+    /// True when all that was saved is durable.
+    pub fn is_settled(&self) -> bool {
+        self.device.store().settled(Need::Settings)
+    }
+
+    /// Tells the node how the EEPROM job that it gave out last has gone. An SDO request that waits for it is answered:
+    /// confirmed if all it saved is written.
+    pub fn stored(&mut self, written: bool) {
+        let Finished { failed, worn, answers, .. } = self.device.store_mut().finish(written);
+        // A node without an address starts anew, to read it.
+        if answers && !self.identity.known {
+            self.device.restart_at(self.now);
+        }
+        if worn {
+            self.raise(Emergency::SettingsWorn);
+        }
+        if failed.is_some() {
+            self.services.server.conclude(Err(Abort::Hardware));
+        } else if self.is_settled() {
+            self.services.server.conclude(Ok(()));
+            let store = self.device.store();
+            // What was lost has been replaced. Of an EEPROM that is silent, and is only asked again, all is lost.
+            if store.lost() == 0 && !store.is_unreachable() {
+                self.lost = Default::default();
+            }
+        }
+    }
+
+    /// The settings on their way to the EEPROM: the caller takes jobs from here and reports how they went.
+    pub fn store(&mut self) -> &mut Store<T::Product> {
+        self.device.store_mut()
     }
 
     /// Does the next piece of the turn of each millisecond.

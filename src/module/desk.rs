@@ -16,6 +16,9 @@ use crate::units::Micros;
 
 /// The links of a module as its desk uses them.
 pub trait LinkEnds {
+    /// The time.
+    fn now(&self) -> Micros;
+
     /// The next request of a link; `None` while there is none. `settings` are those in force.
     fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request>;
 
@@ -34,16 +37,12 @@ pub trait LinkEnds {
 /// the module: a request on RS485 takes 90 us at 1 Mbit/s, and the reply as long again; a request on CAN takes about 100
 /// us; and the module has done with one within 30 us as a rule.
 #[inline]
-pub fn serve<T: Platform, const AXES: usize>(
-    module: &mut Module<T, AXES>,
-    ends: &mut impl LinkEnds,
-    now: impl Fn() -> Micros,
-) -> bool {
+pub fn serve<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) -> bool {
     // Three calls in place of a loop over the links make the compiler produce a version of `serve_link` for each link, in
     // which nothing is decided by the link any more.
-    serve_link(Source::Rs485, module, ends, &now)
-        || serve_link(Source::Can, module, ends, &now)
-        || serve_link(Source::Usb, module, ends, &now)
+    serve_link(Source::Rs485, module, ends)
+        || serve_link(Source::Can, module, ends)
+        || serve_link(Source::Usb, module, ends)
 }
 
 /// Hands the replies that have become due to their links, and behind them the events that these take. To be called after
@@ -62,20 +61,19 @@ fn serve_link<T: Platform, const AXES: usize>(
     source: Source,
     module: &mut Module<T, AXES>,
     ends: &mut impl LinkEnds,
-    now: impl Fn() -> Micros,
 ) -> bool {
     if module.awaits(source) {
         return false;
     }
     let Some(request) = ends.request(source, module.link_settings()) else { return false };
     match request {
-        Request::Line(line) => return serve_line(source, module, ends, now(), line),
+        Request::Line(line) => return serve_line(source, module, ends, line),
         // Frames come over CAN, and nothing else does.
         Request::Frame(_) if source != Source::Can => return true,
         Request::Telegram(_) if source == Source::Can => return true,
         Request::Frame(_) | Request::Telegram(_) => {}
     }
-    let (done, mode) = module.request(now(), source, &request);
+    let (done, mode) = module.request(ends.now(), source, &request);
     let reply = match &done {
         Poll::Ready(Some(reply)) => Some(reply),
         Poll::Ready(None) => None,
@@ -93,10 +91,9 @@ fn serve_line<T: Platform, const AXES: usize>(
     source: Source,
     module: &mut Module<T, AXES>,
     ends: &mut impl LinkEnds,
-    now: Micros,
     line: Line,
 ) -> bool {
-    let (done, mode) = module.request(now, source, &Request::Line(line));
+    let (done, mode) = module.request(ends.now(), source, &Request::Line(line));
     if let Poll::Ready(reply) = done {
         answer(ends, source.into(), reply.as_ref(), Some(mode), module.link_settings());
     }

@@ -1,87 +1,34 @@
-//! A running firmware of any product: what a [`NativeModule`](super::NativeModule) needs of it.
+//! A firmware of any product as it shows itself to those who look at a virtual module.
 
-use hal_sim::board::SharedBoard;
-use hal_sim::clock::Nanos;
-use hal_sim::fault::CanState;
 use tmcm::can::Frame;
-use tmcm::canopen::Address;
-use tmcm::module::{LinkSettings, Source};
-use tmcm::store::{Integrity, LoadReport};
+use tmcm::canopen::Filters;
+use tmcm::device::Outputs;
+use tmcm::firmware::{Firmware, OnBoard};
+use tmcm::module::Source;
 use tmcm::tmcl::Command;
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
-use super::ports::Ports;
-use super::traffic::Traffic;
-use crate::module::Rs485;
 use crate::tracer::Step;
 
-/// A firmware that runs on a simulated board.
-pub(super) trait Firmware {
-    /// When the firmware wants to be polled next.
-    fn deadline(&self) -> Nanos;
+/// What can be seen of a firmware, whichever it is.
+pub(super) trait Insight: Firmware {
+    /// The position of an axis in microsteps, as the firmware read it last, and its target in the modes that have one.
+    fn position(&self, axis: usize) -> Option<(i32, Option<i32>)>;
 
-    /// When the firmware may do something next that nobody can do in its place, so that it has to be polled.
-    fn acts(&self) -> Nanos {
-        self.deadline()
-    }
-
-    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline, which this returns, are then as
-    /// if all of them had come.
-    fn skip(&mut self, _to: Nanos) -> Nanos {
-        self.deadline()
-    }
-
-    /// True if the next poll begins the turn of a millisecond.
-    fn begins_turn(&self) -> bool;
-
-    /// Polls the firmware and the EEPROM, and writes the outputs of the board; then takes what has become due for the
-    /// links. True if the firmware is to start anew.
-    fn poll(&mut self, traffic: &mut Traffic) -> bool;
-
-    /// Serves what has come next over the links; false if there is nothing now.
-    fn serve(&mut self, traffic: &mut Traffic) -> bool;
-
-    /// Whether the filters of the CAN controller let a frame pass.
-    fn accepts(&self, frame: &Frame) -> bool;
+    /// Whether the CAN controller lets a frame pass, where it has been given `filters`.
+    fn accepts(&self, frame: &Frame, filters: &Filters) -> bool;
 
     /// Whether the firmware acts upon a frame that has passed: others it only takes note of.
     fn is_addressed(&self, frame: &Frame) -> bool;
 
-    /// Tells what has become of the CAN controller.
-    fn set_can(&mut self, state: CanState, traffic: &mut Traffic);
-
-    /// The port on the RS485 bus; `None` while it is off.
-    fn rs485(&self) -> Option<Rs485>;
-
-    /// The module's ends of its byte links, with the link settings in force.
-    fn ports(&self) -> (&Ports, &LinkSettings);
-
-    /// The same, to be changed.
-    fn ports_mut(&mut self) -> (&mut Ports, &LinkSettings);
-
-    /// The position of an axis in microsteps, as the firmware read it last, and its target in the modes that have one.
-    fn position(&self, axis: usize) -> Option<(i32, Option<i32>)>;
-
-    /// The host at the other end of a link is gone.
-    fn forget(&mut self, _: Source) {}
-
-    /// The link on which a host waits for the event of command 138.
-    fn subscriber(&self) -> Option<Source> {
+    /// What a person should know of the start.
+    fn complaint(&self) -> Option<&'static str> {
         None
     }
 
-    /// True while a command of a link waits for its reply.
-    fn awaits(&self, _: Source) -> bool {
-        false
-    }
-
-    /// True from a command that starts the firmware anew until it does: what comes meanwhile is neither carried out nor
-    /// answered.
-    fn is_restarting(&self) -> bool;
-
-    /// What the firmware keeps in memory that survives a restart, but not the loss of the supply.
-    fn kept(&self) -> Option<Address> {
+    /// The link on which a host waits for the event of command 138, with the number of that request.
+    fn subscriber(&self) -> Option<(Source, u32)> {
         None
     }
 
@@ -91,12 +38,12 @@ pub(super) trait Firmware {
     }
 
     /// The answer to a command that reads a value in memory, past all links.
-    fn read(&mut self, _: Command) -> Option<i32> {
+    fn read(&mut self, _now: Micros, _: Command) -> Option<i32> {
         None
     }
 
     /// The value that a command would read, as [`VirtualModule::peek`](crate::module::VirtualModule::peek) has it.
-    fn peek(&mut self, _: Command) -> Result<i32, String> {
+    fn peek(&mut self, _now: Micros, _: Command) -> Result<i32, String> {
         Err("a CANopen node has no parameters of TMCL: use what the world shows, such as 'position' and 'velocity'"
             .into())
     }
@@ -104,39 +51,26 @@ pub(super) trait Firmware {
     /// Records the commands that programs execute, or stops recording.
     fn trace(&mut self, _: bool) {}
 
-    /// The commands that have been recorded since the last call.
+    /// The commands that have been recorded since the last call; their times are the firmware's.
     fn take_steps(&mut self) -> Vec<Step> {
         Vec::new()
     }
 }
 
-/// How a firmware is started.
-pub(super) struct Start<'a> {
-    pub(super) board: &'a SharedBoard,
-    /// What the microcontroller's clock shows at the start.
-    pub(super) clock: Micros,
-    /// What the firmware has kept before a restart.
-    pub(super) kept: Option<Address>,
-    /// Starts the random numbers.
-    pub(super) seed: u32,
-    /// The commands of programs are recorded.
-    pub(super) tracing: bool,
-}
+/// A firmware that runs on simulated boards with `AXES` axes.
+pub(super) trait Simulable<const AXES: usize>: Insight + OnBoard<AXES> + 'static {
+    /// Number of turns after which the same readings come again.
+    const ROTATION: u32 = 1;
+    /// Number of turns after which nothing that is known of a motor that turns is older than they are.
+    const FRESH: u32 = 0;
 
-/// What a person should know of the contents of the EEPROM.
-pub(super) fn messages(report: &LoadReport) -> Vec<String> {
-    let LoadReport { foreign, valid, .. } = *report;
-    let mut messages = Vec::new();
-    if report.unreachable {
-        messages.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
-    } else if foreign > 0 {
-        messages.push(format!(
-            "EEPROM: {foreign} settings pages are not this firmware's or damaged, {valid} are good; \
-             defaults or the older copies apply"
-        ));
+    /// As [`Module::calm`](tmcm::module::Module::calm); `None` for a firmware that is always polled.
+    fn calm(&self) -> Option<(Micros, [u32; AXES])> {
+        None
     }
-    if report.program == Integrity::Incomplete {
-        messages.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
+
+    /// Lets whole rotations of turns pass that change nothing, as [`calm`](Self::calm) has told.
+    fn pass(&mut self, _rotations: u32) -> Outputs {
+        Outputs::default()
     }
-    messages
 }

@@ -1,24 +1,26 @@
 //! A virtual module that runs the firmware's core on the simulated board.
 
+mod around;
 mod board;
 mod canopen;
 mod firmware;
 mod peek;
+mod periphery;
 mod ports;
 mod product;
 mod quiet;
-mod surroundings;
+mod running;
+mod skip;
 mod tmcl;
 mod traffic;
 
 use std::cell::RefMut;
 
 use hal_sim::board::{Board, SharedBoard};
-use hal_sim::clock::Nanos;
+use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::fault::CanState;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
-use tmcm::canopen::Address;
 use tmcm::module::Source;
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
@@ -31,15 +33,17 @@ pub use product::{FirmwareKind, Model, Product};
 use crate::client::{Client, Sent};
 use crate::module::{Hearing, Rs485, VirtualModule};
 use crate::tracer::Step;
-use firmware::{Firmware, Start};
+use running::{Running, Start};
 use traffic::Traffic;
 
 /// A module with its board and world. Between two calls of its owner it polls the firmware whenever that is due.
 pub struct NativeModule {
     model: Model,
     board: SharedBoard,
-    firmware: Option<Box<dyn Firmware>>,
+    firmware: Option<Box<dyn Running>>,
     seed: u32,
+    /// Bit rate of RS485 as it was when the firmware started; `None` if it leaves the port off.
+    baud: Option<u32>,
     /// What the microcontroller's clock shows whenever the firmware starts.
     clock: Micros,
     /// The present for those who bring bytes. A request that takes time takes the board's clock beyond the present.
@@ -86,6 +90,7 @@ impl NativeModule {
             board: SharedBoard::new(board),
             firmware: None,
             seed,
+            baud: None,
             clock,
             present: 0,
             traffic: Traffic::default(),
@@ -155,18 +160,21 @@ impl NativeModule {
 
     /// The interpreter, to look at; `None` without power, and in a firmware that executes no programs.
     pub fn machine(&self) -> Option<&Machine> {
-        self.firmware.as_ref()?.machine()
+        self.firmware.as_ref()?.firmware().machine()
     }
 
     /// Where the firmware knows the motor of an axis to be, and its target in the modes that have one, in microsteps; `None`
     /// without power, or without such an axis. Looking costs the module no time.
     pub fn position(&self, axis: usize) -> Option<(i32, Option<i32>)> {
-        self.firmware.as_ref()?.position(axis)
+        self.firmware.as_ref()?.firmware().position(axis)
     }
 
     /// True if the next poll of the firmware begins the turn of a millisecond; a turn has later pieces, too.
     pub fn begins_turn(&self) -> bool {
-        self.firmware.as_ref().is_some_and(|firmware| firmware.begins_turn())
+        self.firmware.as_ref().is_some_and(|running| {
+            let firmware = running.firmware();
+            firmware.takes_inputs(firmware.deadline())
+        })
     }
 
     /// Leaves polls of the firmware out that change nothing, as it does from the start, or polls it each millisecond. There
@@ -177,28 +185,38 @@ impl NativeModule {
 
     /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
     pub fn read(&mut self, command: Command) -> Option<i32> {
-        self.firmware.as_mut()?.read(command)
+        let firmware = self.firmware.as_mut()?;
+        firmware.disturb();
+        let (firmware, now) = firmware.ask();
+        firmware.read(now, command)
     }
 
     /// Records the commands that programs execute, from now on or no more.
     pub fn trace(&mut self, on: bool) {
         self.tracing = on;
         if let Some(firmware) = &mut self.firmware {
-            firmware.trace(on);
+            firmware.ask().0.trace(on);
         }
     }
 
     /// The commands that have been recorded since the last call.
     pub fn take_steps(&mut self) -> Vec<Step> {
-        self.firmware.as_mut().map(|firmware| firmware.take_steps()).unwrap_or_default()
+        let Some(firmware) = &mut self.firmware else { return Vec::new() };
+        let mut steps = firmware.ask().0.take_steps();
+        for step in &mut steps {
+            step.at = firmware.when(step.executed.at);
+        }
+        steps
     }
 
-    fn boot(&mut self, kept: Option<Address>) {
+    fn boot(&mut self, kept: Option<[u32; 2]>) {
         let Self { board, clock, seed, tracing, .. } = self;
         let start = Start { board, clock: *clock, kept, seed: *seed, tracing: *tracing };
         let (mut firmware, messages) = self.model.start(start);
         self.log.extend(messages);
-        firmware.set_can(self.board.borrow().can(), &mut self.traffic);
+        self.traffic.start(firmware.firmware().link_settings().start);
+        self.baud = firmware.firmware().baud_rate();
+        firmware.deliver(&mut self.traffic);
         self.firmware = Some(firmware);
         // What is due at once comes before all requests: only then the firmware knows its inputs.
         while self.firmware.as_ref().is_some_and(|firmware| firmware.deadline() <= self.now()) {
@@ -208,8 +226,7 @@ impl NativeModule {
 
     fn poll(&mut self) {
         if self.firmware.as_mut().is_some_and(|firmware| firmware.poll(&mut self.traffic)) {
-            let kept = self.firmware.take().and_then(|firmware| firmware.kept());
-            self.traffic.forget();
+            let kept = self.firmware.take().and_then(|running| running.firmware().kept());
             self.board.borrow_mut().warm_reset();
             self.boot(kept);
         }
@@ -218,7 +235,7 @@ impl NativeModule {
     /// Lets the firmware serve requests, as long as there are any, they take no time that is not there yet and keep it from no
     /// poll.
     fn deliver(&mut self) {
-        while self.has_unread()
+        while self.traffic.has_unread()
             && self.now() <= self.present
             && let Some(firmware) = &mut self.firmware
             && firmware.serve(&mut self.traffic)
@@ -232,11 +249,6 @@ impl NativeModule {
     /// The module takes part in the CAN bus, as far as its controller is concerned.
     fn is_on_can(&self) -> bool {
         self.board.borrow().can() != CanState::Off
-    }
-
-    fn has_unread(&self) -> bool {
-        let bytes = self.firmware.as_ref().is_some_and(|firmware| firmware.ports().0.has_unread());
-        bytes || !self.traffic.frames_in.is_empty()
     }
 }
 
@@ -256,7 +268,9 @@ impl VirtualModule for NativeModule {
         loop {
             self.deliver();
             let skips = self.skips;
-            let due = |firmware: &mut Box<dyn Firmware>| if skips { firmware.skip(to) } else { firmware.deadline() };
+            let due = |firmware: &mut Box<dyn Running>| {
+                if skips { firmware.skip(to, &self.traffic) } else { firmware.deadline() }
+            };
             let poll = self.firmware.as_mut().map(due).filter(|at| *at <= to);
             self.board.borrow_mut().advance_to(poll.unwrap_or(to));
             if poll.is_none() {
@@ -268,9 +282,11 @@ impl VirtualModule for NativeModule {
 
     fn next_event(&self) -> Option<Nanos> {
         let reply = self.traffic.outbox.iter().map(|sent| sent.at).min();
-        let request = Some(self.now()).filter(|now| *now > self.present && self.has_unread());
-        let poll =
-            self.firmware.as_ref().map(|firmware| if self.skips { firmware.acts() } else { firmware.deadline() });
+        let request = Some(self.now()).filter(|now| *now > self.present && self.traffic.has_unread());
+        let poll = self
+            .firmware
+            .as_ref()
+            .map(|firmware| if self.skips { firmware.acts(&self.traffic) } else { firmware.deadline() });
         [reply, request, poll].into_iter().flatten().min()
     }
 
@@ -296,19 +312,18 @@ impl VirtualModule for NativeModule {
         self.traffic.outbox.retain(|sent| sent.source != Source::Usb);
         self.traffic.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
-            firmware.forget(Source::Usb);
-            let (ports, settings) = firmware.ports_mut();
-            ports.unplug_usb(settings.start);
+            firmware.disturb();
+            firmware.ask().0.forget(Source::Usb);
+            self.traffic.ports.unplug_usb(firmware.firmware().link_settings().start);
         }
     }
 
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
         if let Some(firmware) = &mut self.firmware
             && (self.plugged || source != Source::Usb)
-            && (firmware.rs485().is_some() || source != Source::Rs485)
+            && (self.baud.is_some() || source != Source::Rs485)
         {
-            let (ports, settings) = firmware.ports_mut();
-            ports.push(source, client, bytes, settings);
+            self.traffic.ports.push(source, client, bytes, firmware.firmware().link_settings());
             self.deliver();
         }
     }
@@ -318,9 +333,7 @@ impl VirtualModule for NativeModule {
     }
 
     fn silence(&mut self, source: Source, client: Client) {
-        if let Some(firmware) = &mut self.firmware {
-            firmware.ports_mut().0.silence(source, client);
-        }
+        self.traffic.ports.silence(source, client);
     }
 
     fn sent(&mut self) -> Option<Sent> {
@@ -329,7 +342,9 @@ impl VirtualModule for NativeModule {
     }
 
     fn receive_frame(&mut self, frame: &Frame) {
-        if self.is_on_can() && self.firmware.as_ref().is_some_and(|firmware| firmware.accepts(frame)) {
+        if self.is_on_can()
+            && self.firmware.as_ref().is_some_and(|firmware| firmware.firmware().accepts(frame, &self.traffic.filters))
+        {
             self.traffic.frames_in.push_back(*frame);
             self.deliver();
         }
@@ -345,7 +360,7 @@ impl VirtualModule for NativeModule {
     fn set_can(&mut self, state: CanState) {
         self.board.borrow_mut().set_can(state);
         if let Some(firmware) = &mut self.firmware {
-            firmware.set_can(state, &mut self.traffic);
+            firmware.deliver(&mut self.traffic);
         }
         if state == CanState::Off {
             self.traffic.frames_in.clear();
@@ -354,20 +369,22 @@ impl VirtualModule for NativeModule {
     }
 
     fn rs485(&self) -> Option<Rs485> {
-        self.firmware.as_ref()?.rs485()
+        let settings = self.firmware.as_ref()?.firmware().link_settings();
+        let pause = Nanos::from(settings.pause) * MILLISECOND;
+        self.baud.map(|baud| Rs485 { baud: baud.into(), pause: Some(pause) })
     }
 
     fn unread(&self, source: Source, client: Client) -> usize {
-        self.firmware.as_ref().map_or(0, |firmware| firmware.ports().0.unread(source, client))
+        self.traffic.ports.unread(source, client)
     }
 
     fn unread_frames(&self) -> usize {
         let Some(firmware) = &self.firmware else { return 0 };
-        self.traffic.frames_in.iter().filter(|frame| firmware.is_addressed(frame)).count()
+        self.traffic.frames_in.iter().filter(|frame| firmware.firmware().is_addressed(frame)).count()
     }
 
     fn owes(&self, source: Source, client: Client) -> bool {
-        self.firmware.as_ref().is_some_and(|firmware| firmware.ports().0.unread(source, client) > 0)
+        self.traffic.ports.unread(source, client) > 0
             || self.traffic.outbox.iter().any(|sent| (sent.source, sent.client) == (source, client))
             || self.traffic.waiting.contains(&(source, client))
     }
@@ -375,7 +392,7 @@ impl VirtualModule for NativeModule {
     fn hearing(&self, source: Source) -> Hearing {
         match &self.firmware {
             Some(firmware) if self.plugged || source != Source::Usb => {
-                if firmware.is_restarting() {
+                if firmware.firmware().is_restarting() {
                     Hearing::Soon
                 } else {
                     Hearing::Now
@@ -387,38 +404,36 @@ impl VirtualModule for NativeModule {
 
     fn awaits(&self, source: Source, client: Client) -> bool {
         let Some(firmware) = &self.firmware else { return false };
-        let Traffic { outbox, frames_in, frames_out, waiting, .. } = &self.traffic;
+        let Traffic { ports, outbox, frames_in, frames_out, waiting, .. } = &self.traffic;
         if source == Source::Can {
-            return firmware.awaits(source) || !frames_in.is_empty() || !frames_out.is_empty();
+            return firmware.firmware().awaits(source) || !frames_in.is_empty() || !frames_out.is_empty();
         }
-        let (ports, settings) = firmware.ports();
         let is_reply = |sent: &Sent| sent.replies > 0 && (sent.source, sent.client) == (source, client);
         waiting.contains(&(source, client))
             || outbox.iter().any(is_reply)
-            || ports.has_request(source, client, settings)
+            || ports.has_request(source, client, firmware.firmware().link_settings())
     }
 
     fn forget(&mut self, client: Client) {
         self.traffic.subscriber = self.traffic.subscriber.filter(|subscriber| *subscriber != client);
-        if let Some(firmware) = &mut self.firmware {
-            firmware.ports_mut().0.forget(client);
-        }
+        self.traffic.ports.forget(client);
     }
 
     fn is_busy(&self) -> bool {
         let Some(firmware) = &self.firmware else { return false };
-        let waited_for = match firmware.subscriber() {
-            Some(Source::Can) => true,
+        let waited_for = match firmware.firmware().subscriber() {
+            Some((Source::Can, _)) => true,
             Some(_) => self.traffic.subscriber.is_some(),
             None => false,
         };
-        let owes = self.has_unread() || !self.traffic.outbox.is_empty() || !self.traffic.waiting.is_empty();
-        owes || firmware.awaits(Source::Can) || waited_for
+        let owes = self.traffic.has_unread() || !self.traffic.outbox.is_empty() || !self.traffic.waiting.is_empty();
+        owes || firmware.firmware().awaits(Source::Can) || waited_for
     }
 
     fn peek(&mut self, command: Command) -> Result<i32, String> {
         let firmware = self.firmware.as_mut().ok_or("the module has no power, so it has no values")?;
-        firmware.peek(command)
+        let (firmware, now) = firmware.ask();
+        firmware.peek(now, command)
     }
 
     fn take_log(&mut self) -> Vec<String> {

@@ -22,6 +22,7 @@ struct Entry {
 
 /// The ports of all clients. The port of a new client starts in the mode that global parameter 67 had at the start of the
 /// module.
+#[derive(Default)]
 pub(crate) struct Ports {
     entries: Vec<Entry>,
     /// For each link, the index of the client that is read next.

@@ -8,8 +8,9 @@ use tmcm::product;
 use tmcm::store::{Memory, Need, Store};
 
 use super::board::{Tmc429s, Tmc5160s};
-use super::firmware::{Firmware, Start};
-use super::{canopen as node, tmcl};
+use super::canopen::Canopen;
+use super::running::{self, Running, Start};
+use super::tmcl::Tmcl;
 
 /// Makes the choice of products, and what is looked up by it.
 macro_rules! choice {
@@ -39,13 +40,13 @@ macro_rules! choice {
             }
 
             /// Starts the product's TMCL firmware.
-            fn start(self, start: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
+            fn start(self, start: Start<'_>) -> (Box<dyn Running>, Vec<String>) {
                 match self {
-                    $(Product::$product => tmcl::start::<
-                        product::$product,
-                        { product::$spec.axes as usize },
-                        { $chips::controllers(product::$spec.axes) },
-                    >(start),)*
+                    $(Product::$product => {
+                        const AXES: usize = product::$spec.axes as usize;
+                        const CONTROLLERS: usize = $chips::controllers(product::$spec.axes);
+                        running::start::<Tmcl<product::$product, AXES, CONTROLLERS>, _, _, _, _>(start)
+                    })*
                 }
             }
 
@@ -173,10 +174,10 @@ impl Model {
     }
 
     /// Starts the firmware; the messages for a person are about the contents of the EEPROM.
-    pub(super) fn start(self, start: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
+    pub(super) fn start(self, start: Start<'_>) -> (Box<dyn Running>, Vec<String>) {
         match self {
             Model::Tmcl(product) => product.start(start),
-            Model::Canopen => node::start(start),
+            Model::Canopen => running::start::<Canopen, _, _, _, _>(start),
         }
     }
 

@@ -3,25 +3,28 @@
 
 use super::boards::chosen;
 
+mod around;
 mod canopen;
-mod ends;
 mod fault;
-mod firmware;
 mod keeper;
 mod mail;
 mod owner;
+mod runs;
 mod safe;
 mod tasks;
 mod tmcl;
 mod usb_link;
 
-pub use ends::Ends;
+pub use around::Around;
 pub use fault::panicked;
-pub use firmware::Firmware;
 pub use owner::Room;
+pub use runs::Runs;
 pub use tasks::run;
 
+use crate::canopen::Node;
+use crate::module::Module;
+
 /// The firmware that speaks TMCL, for the product `P` on this board.
-pub type Tmcl<P> = tmcl::Tmcl<chosen::Chips<P>, { chosen::AXES }>;
+pub type Tmcl<P> = Module<chosen::Chips<P>, { chosen::AXES }>;
 /// The node of CANopen, for the product `P` on this board.
-pub type Canopen<P> = canopen::Canopen<chosen::Chips<P>>;
+pub type Canopen<P> = Node<chosen::Chips<P>>;

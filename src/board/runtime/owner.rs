@@ -7,28 +7,24 @@
 
 use core::cell::UnsafeCell;
 
-use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::ends::Ends;
-use super::firmware::Firmware;
-use super::mail::{PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
-use super::safe::{drivers_off, show_trouble};
-use crate::board::boards::chosen::{AXES, Chips, Motors, Signals};
+use super::around::Around;
+use super::runs::Runs;
+use crate::board::boards::chosen::{Chips, Motors, Signals};
 use crate::board::boards::parts::Motors as _;
+use crate::board::stm32f4::can_link::CanLink;
 use crate::board::stm32f4::clocks::now;
-use crate::board::stm32f4::{can, rs485, wake, watchdog};
-use crate::device::{self, Inputs, Outputs};
+use crate::board::stm32f4::kept::Kept;
+use crate::board::stm32f4::{can, wake, watchdog};
+use crate::device::{self, Outputs};
+use crate::firmware::pass_on;
 use crate::module::Source;
 use crate::store::{Memory, Store};
 use crate::units::Micros;
-
-/// The longest time that a restart waits for replies to be sent: a host that does not fetch its replies must not
-/// prevent it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265
-/// ms.
-const LAST_WORDS: Micros = Micros::from_millis(300);
 
 /// The owner's interrupts, and that of free mailboxes, as the first register of pending interrupts has them.
 const OWNERS: u32 = bit(interrupt::TIM3) | bit(interrupt::CAN1_RX0) | bit(interrupt::CAN1_RX1);
@@ -40,13 +36,17 @@ const fn bit(interrupt: Interrupt) -> u32 {
     1 << interrupt as u16
 }
 
+/// What a firmware keeps for the time after a restart.
+#[unsafe(link_section = ".uninit.kept")]
+static KEPT: Kept<[u32; 2]> = Kept::new();
+
 /// The static memory of an image for its firmware, and the EEPROM's contents.
-pub struct Room<F: Firmware<AXES>> {
+pub struct Room<F: Runs> {
     owner: StaticCell<Owner<F>>,
     store: ConstStaticCell<Store<<F::Board as device::Board>::Product>>,
 }
 
-impl<F: Firmware<AXES>> Room<F> {
+impl<F: Runs> Room<F> {
     /// Room for a firmware.
     #[expect(clippy::new_without_default, reason = "only a static has use for it")]
     pub const fn new() -> Self {
@@ -54,25 +54,15 @@ impl<F: Firmware<AXES>> Room<F> {
     }
 }
 
-/// A firmware, with the signals and links that the owner exchanges with it.
+/// A firmware, with its surroundings.
 ///
 /// The firmware comes first, hence `repr(C)`: load and store instructions reach only so far.
 #[repr(C)]
-pub(super) struct Owner<F> {
+pub(super) struct Owner<F: Runs> {
     pub(super) firmware: F,
-    signals: Signals,
-    /// The inputs as they were read last.
-    inputs: Inputs<AXES>,
-    /// The outputs as they were set last.
-    outputs: Option<Outputs>,
-    ends: Ends,
-    /// The time at which a restart became due; `None` without one.
-    ending: Option<Micros>,
-    /// The log says that a motion controller does not answer, and the error LED is lit.
-    trouble: bool,
-    /// A page for the EEPROM is to be looked for: since a turn, and until the links have nothing to do. The contents and the
-    /// check sum of a page take half as long as a turn, and a request that waits for the one should not wait for both.
-    page: bool,
+    around: Around<F::Can>,
+    /// The bit rate of CAN is not known yet.
+    asks_bit_rate: bool,
 }
 
 /// Builds a firmware in its static memory; `seed` starts its random numbers. Never inlined: what it takes of the stack
@@ -80,15 +70,20 @@ pub(super) struct Owner<F> {
 #[inline(never)]
 pub(super) fn build<F, P>(room: &'static Room<F>, motors: Motors, signals: Signals, seed: u32) -> &'static mut Owner<F>
 where
-    F: Firmware<AXES, Board = Chips<P>>,
+    F: Runs<Board = Chips<P>>,
     P: Memory + 'static,
 {
     let store = room.store.take();
     room.owner.init_with(|| {
-        let (inputs, ends) = (Inputs::default(), Ends { can: None });
         let firmware = F::new(motors.parts(store), seed);
-        Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false, page: false }
+        Owner { firmware, around: Around::new(signals), asks_bit_rate: true }
     })
+}
+
+/// What the firmware has kept before a restart. To be called before the owner is [started](start).
+pub(super) fn kept() -> [u32; 2] {
+    // SAFETY: the owner alone writes this, and its interrupts have not been enabled; and any bits are two words.
+    unsafe { KEPT.read() }
 }
 
 /// What the interrupt handlers call, whatever the firmware.
@@ -111,9 +106,10 @@ unsafe impl Sync for OwnerCell {}
 static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 
 /// Hands the owner to its interrupt handler and starts its timer.
-pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
-    put_in_force(owner.firmware.link_settings());
-    owner.signals.start();
+pub(super) fn start<F: Runs>(owner: &'static mut Owner<F>) {
+    owner.firmware.introduce();
+    owner.look_for_bit_rate();
+    owner.around.start(owner.firmware.link_settings());
     // SAFETY: the interrupt of TIM3 is not enabled yet, and those of CAN come only after a task of thread mode, where this
     // runs, has joined the bus.
     unsafe { *OWNER.0.get() = Some(owner) };
@@ -156,7 +152,7 @@ fn with_owner(act: impl FnOnce(&mut dyn Turn)) {
     }
 }
 
-impl<F: Firmware<AXES>> Turn for Owner<F> {
+impl<F: Runs> Turn for Owner<F> {
     /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
     /// that a host that sends without pause does not delay the motor; but a request that has come while another was
     /// served goes before the poll, the first time. When there was no request, the links are looked at again if one of
@@ -165,7 +161,7 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
         let (mut idle, mut second) = (false, false);
         loop {
             if !idle || self.wanted() {
-                idle = !self.firmware.serve(&mut self.ends, now);
+                idle = !self.firmware.serve(&mut self.around);
                 second = !idle && !second && self.wanted();
                 if second {
                     continue;
@@ -176,8 +172,8 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
                 idle &= !self.poll(now);
             } else if idle {
                 wake::after(deadline.since(now));
-                if self.page {
-                    self.pass_page_on();
+                if self.around.wants_page() {
+                    self.around.pass_page_on(|| self.firmware.next_job());
                 }
                 return;
             }
@@ -185,15 +181,16 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
     }
 
     fn refill(&mut self) {
-        self.firmware.refill(&mut self.ends);
+        self.around.can.refill();
+        self.firmware.refill(&mut self.around);
     }
 
     fn hold(&self) {
-        self.firmware.hold();
+        self.around.can.hold();
     }
 }
 
-impl<F: Firmware<AXES>> Owner<F> {
+impl<F: Runs> Owner<F> {
     /// True if one of the owner's interrupts has been asked for since it came, or since the last call: none of them comes
     /// while the owner runs, nor does that of the CAN mailboxes, whose work is done here.
     #[inline(always)]
@@ -201,7 +198,7 @@ impl<F: Firmware<AXES>> Owner<F> {
         // SAFETY: these registers have no effects on others when they are read.
         let pending = unsafe { (*NVIC::PTR).ispr[0].read() };
         if pending & MAILBOXES != 0 {
-            self.firmware.refill(&mut self.ends);
+            self.refill();
             NVIC::unpend(interrupt::CAN1_TX);
         }
         let wanted = pending & OWNERS;
@@ -217,83 +214,42 @@ impl<F: Firmware<AXES>> Owner<F> {
     #[inline(never)]
     fn poll(&mut self, now: Micros) -> bool {
         if self.firmware.takes_inputs(now) {
-            self.signals.read(&mut self.inputs);
+            self.around.read_inputs();
         }
-        let outputs = self.firmware.poll(now, &self.inputs);
+        let outputs = self.firmware.poll(now, &self.around.inputs);
         if let Some(outputs) = &outputs {
             self.pass_on(outputs);
         }
         outputs.is_some()
     }
 
-    /// Sets the outputs, passes on what has become due, and takes what others have left for the owner. Never inlined:
-    /// most slices of a program have no use for its stack frame.
+    /// Passes on what has become due, and takes what others have left for the owner. Never inlined: most slices of a program
+    /// have no use for its stack frame.
     #[inline(never)]
     fn pass_on(&mut self, outputs: &Outputs) {
-        if self.outputs != Some(*outputs) {
-            self.outputs = Some(*outputs);
-            self.signals.write(outputs);
-        }
+        let Owner { firmware, around, .. } = self;
         watchdog::MODULE.alive();
-        if outputs.trouble != self.trouble {
-            self.trouble = outputs.trouble;
-            if outputs.trouble {
-                defmt::error!("motion controller does not answer: motor drivers off");
-            } else {
-                defmt::info!("motion controllers answer again: motor drivers on");
-            }
-            show_trouble(outputs.trouble);
+        around.look_for_can();
+        if around.has_lost_usb() {
+            firmware.forget(Source::Usb);
         }
-        if let Some(written) = WRITTEN.try_take() {
-            if !written {
-                defmt::warn!("EEPROM: no answer, or a page that could not be written");
-            }
-            self.firmware.stored(written);
-        }
-        // Links that were never idle since the last turn do not keep pages from the EEPROM.
-        if self.page {
-            self.pass_page_on();
-        }
-        self.page = true;
-        if self.ends.can.is_none() {
-            self.ends.can = can::JOINED.try_take();
-        }
-        if USB_GONE.try_take().is_some() {
-            self.forget_usb();
-        }
-        self.firmware.deliver(&mut self.ends);
-        put_in_force(self.firmware.link_settings());
-        rs485::tick();
-        self.restart(outputs);
-    }
-
-    /// Passes a page on to the EEPROM, if there is one for it.
-    #[inline(never)]
-    fn pass_page_on(&mut self) {
-        self.page = false;
-        if let Some(job) = self.firmware.next_job() {
-            PAGE.signal(job);
+        pass_on(firmware, around, outputs);
+        if self.asks_bit_rate && self.look_for_bit_rate() {
+            self.firmware.introduce();
         }
     }
 
-    /// Drops the requests of a USB host that is gone, and the replies to them. Another host can be connected only after
-    /// a new enumeration, which takes longer than the millisecond between two polls.
-    fn forget_usb(&mut self) {
-        USB_REQUESTS.clear();
-        self.firmware.forget(Source::Usb);
-        USB.clear();
-    }
-
-    /// Restarts the firmware, if the firmware asks for it: as soon as all replies are sent, or [`LAST_WORDS`] later.
-    fn restart(&mut self, outputs: &Outputs) {
-        if !outputs.restart {
-            return;
+    /// Has the CAN controller join the bus, if its bit rate is known, and keeps what belongs to that; true if so.
+    fn look_for_bit_rate(&mut self) -> bool {
+        let bit_rate = self.firmware.can_bit_rate();
+        if let Some(bit_rate) = bit_rate {
+            can::BIT_RATE.signal(bit_rate);
         }
-        let over = now().since(*self.ending.get_or_insert_with(now)) >= LAST_WORDS;
-        if over || rs485::is_idle() && USB.is_empty() && self.firmware.has_sent() {
-            defmt::info!("restart");
-            drivers_off();
-            SCB::sys_reset();
+        if let Some(words) = self.firmware.kept() {
+            // SAFETY: the owner alone, and the start before it, use this.
+            unsafe { KEPT.write(words) };
         }
+        self.asks_bit_rate = bit_rate.is_none();
+        bit_rate.is_some()
     }
 }

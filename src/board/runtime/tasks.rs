@@ -7,12 +7,13 @@ use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::Driver;
 
-use super::firmware::Firmware;
 use super::mail::link_settings;
 use super::owner::Room;
+use super::runs::Runs;
 use super::safe::{drivers_off, show_trouble};
 use super::{fault, keeper, owner, usb_link};
-use crate::board::boards::chosen::{AXES, Board, Chips, Rs485};
+use crate::board::boards::chosen::{Board, Chips, Rs485};
+use crate::board::stm32f4::can_link::CanLink;
 use crate::board::stm32f4::clocks::now;
 use crate::board::stm32f4::eeprom::Eeprom;
 use crate::board::stm32f4::{analog, can, usb, watchdog};
@@ -32,7 +33,7 @@ global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first 
 #[inline(always)]
 pub fn run<F, P>(room: &'static Room<F>, spawner: Spawner)
 where
-    F: Firmware<AXES, Board = Chips<P>>,
+    F: Runs<Board = Chips<P>>,
     P: Memory + 'static,
 {
     // LED2 is on until the set-up has succeeded: it stays on if the crystal does not start.
@@ -49,10 +50,7 @@ where
     // The port starts before the owner, so that the first bytes are fetched in time.
     start_rs485(&owner.firmware, board.rs485);
     start_usb(board.usb, owner.firmware.usb_name(), spawner);
-    if let Some(bit_rate) = owner.firmware.can_bit_rate() {
-        can::BIT_RATE.signal(bit_rate);
-    }
-    spawn(spawner, can::join(board.can, F::CAN_IN_ORDER));
+    spawn(spawner, can::join(board.can, F::Can::IN_ORDER));
     spawn(spawner, watchdog::feed(board.watchdog));
     owner::start(owner);
 }
@@ -66,9 +64,10 @@ fn start_sensors(inputs: analog::Inputs, spawner: Spawner) {
 #[inline(never)]
 fn start_store<F, P>(firmware: &mut F, eeprom: Eeprom, factory_reset: bool, spawner: Spawner)
 where
-    F: Firmware<AXES, Board = Chips<P>>,
+    F: Runs<Board = Chips<P>>,
     P: Memory + 'static,
 {
+    firmware.remember(owner::kept());
     let mut keeper = keeper::new(eeprom);
     firmware.start(now(), |store| {
         keeper::load(&mut keeper, store);
@@ -81,7 +80,7 @@ where
 }
 
 #[inline(never)]
-fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: Rs485) {
+fn start_rs485<F: Runs>(firmware: &F, pins: Rs485) {
     let Some(baud) = firmware.baud_rate() else { return };
     defmt::info!("RS485 at {=u32} bit/s", baud);
     if let Err(error) = pins.start(baud, firmware.link_settings().start, link_settings) {

@@ -10,10 +10,11 @@ use core::array::from_fn;
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::CAN1;
 
-use super::can::{post, take};
+use super::can::{Can, post, take};
+use super::can_link::CanLink;
 use crate::can::Frame;
 use crate::can::outbox::{MAILBOXES, Outbox, Step};
-use crate::canopen::{BusState, Filter, Filters};
+use crate::canopen::{Bus, BusState, Filter, Filters};
 
 /// The receive queue of all frames that are not in [`URGENT`].
 const USUAL: usize = 0;
@@ -26,19 +27,16 @@ const BANKS: usize = 3;
 /// Number of identifiers in a filter bank.
 const IN_BANK: usize = 4;
 
-/// The queues of a node at the CAN controller, which has joined the bus.
-pub(crate) struct NodeLink {
+/// The queues of a node at the CAN controller.
+pub struct NodeLink {
     outbox: Outbox,
+    /// The controller; `None` until it has joined the bus.
+    controller: Option<Can>,
     /// The controller has been set up for a node.
     is_set_up: bool,
 }
 
 impl NodeLink {
-    /// No frames.
-    pub(crate) const fn new() -> Self {
-        NodeLink { outbox: Outbox::new(), is_set_up: false }
-    }
-
     /// Gives both receive queues their filter banks, and enables the interrupt of the second one.
     fn set_up(&mut self) {
         self.is_set_up = true;
@@ -54,8 +52,57 @@ impl NodeLink {
         unsafe { interrupt::CAN1_RX1.enable() };
     }
 
-    /// Has these frames come, and no others. Banks that stay as they are let their frames pass all the time.
-    pub(crate) fn listen_to(&mut self, filters: &Filters) {
+    fn fill(&mut self) {
+        while let Some(step) = self.outbox.step() {
+            match step {
+                Step::Send(mailbox, frame) => post(mailbox, &frame),
+                Step::Abort(mailbox) => CAN1.tsr().write(|w| w.set_abrq(mailbox, true)),
+            }
+        }
+    }
+}
+
+/// A node sends in the order of identifiers, has no requests of TMCL, and takes all frames.
+impl CanLink for NodeLink {
+    type Node = Self;
+
+    const NEW: Self = NodeLink { outbox: Outbox::new(), controller: None, is_set_up: false };
+
+    const IN_ORDER: bool = false;
+
+    fn join(&mut self, controller: Can) {
+        self.controller = Some(controller);
+    }
+
+    #[inline(always)]
+    fn is_joined(&self) -> bool {
+        self.controller.is_some()
+    }
+
+    #[inline(always)]
+    fn as_node(&mut self) -> Option<&mut Self> {
+        if self.is_joined() { Some(self) } else { None }
+    }
+
+    /// Off the bus nothing is on its way.
+    fn has_sent(&self) -> bool {
+        self.outbox.is_empty() || self.state() == BusState::Off
+    }
+}
+
+impl Bus for NodeLink {
+    /// By the error counters.
+    fn state(&self) -> BusState {
+        let errors = CAN1.esr().read();
+        match (errors.boff(), errors.epvf()) {
+            (true, _) => BusState::Off,
+            (false, true) => BusState::Passive,
+            (false, false) => BusState::Active,
+        }
+    }
+
+    /// Banks that stay as they are let their frames pass all the time.
+    fn listen_to(&mut self, filters: &Filters) {
         if !self.is_set_up {
             self.set_up();
         }
@@ -80,9 +127,8 @@ impl NodeLink {
         }
     }
 
-    /// The frame that has come first.
     #[inline(always)]
-    pub(crate) fn read(&mut self) -> Option<Frame> {
+    fn read(&mut self) -> Option<Frame> {
         let [usual, urgent] = [USUAL, URGENT].map(|fifo| CAN1.rfr(fifo).read().fmp() != 0);
         let fifo = match (usual, urgent) {
             (false, false) => return None,
@@ -92,8 +138,7 @@ impl NodeLink {
         take(fifo)
     }
 
-    /// True, once, after frames have come for which a receive queue had no room.
-    pub(crate) fn has_overrun(&mut self) -> bool {
+    fn has_overrun(&mut self) -> bool {
         let mut overrun = false;
         for fifo in [USUAL, URGENT] {
             if CAN1.rfr(fifo).read().fovr() {
@@ -104,43 +149,8 @@ impl NodeLink {
         overrun
     }
 
-    /// The state of the controller, by its error counters.
-    pub(crate) fn state(&self) -> BusState {
-        let errors = CAN1.esr().read();
-        match (errors.boff(), errors.epvf()) {
-            (true, _) => BusState::Off,
-            (false, true) => BusState::Passive,
-            (false, false) => BusState::Active,
-        }
-    }
-
-    /// True if another frame can be [written](Self::write).
-    pub(crate) fn has_room(&self) -> bool {
-        self.outbox.has_room()
-    }
-
-    /// True while frames wait for a mailbox.
-    pub(crate) fn waits(&self) -> bool {
-        self.outbox.waits()
-    }
-
-    /// True while no frame is on its way.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.outbox.is_empty()
-    }
-
-    /// Sends a frame as soon as no lower identifier is before it.
-    pub(crate) fn write(&mut self, frame: &Frame) {
-        if let Some(mailbox) = self.outbox.post(frame) {
-            return post(mailbox, frame);
-        }
-        // Asked for by `has_room`.
-        let _ = self.outbox.push(frame);
-        self.fill();
-    }
-
-    /// Takes note of the mailboxes that have become free, and fills them.
-    pub(crate) fn settle(&mut self) {
+    /// The mailboxes that have become free are filled again.
+    fn settle(&mut self) {
         let status = CAN1.tsr().read();
         let ended: [bool; MAILBOXES] = from_fn(|mailbox| status.rqcp(mailbox));
         if ended.contains(&true) {
@@ -152,30 +162,38 @@ impl NodeLink {
         self.fill();
     }
 
-    fn fill(&mut self) {
-        while let Some(step) = self.outbox.step() {
-            match step {
-                Step::Send(mailbox, frame) => post(mailbox, &frame),
-                Step::Abort(mailbox) => CAN1.tsr().write(|w| w.set_abrq(mailbox, true)),
-            }
-        }
+    fn has_room(&self) -> bool {
+        self.outbox.has_room()
     }
 
-    /// Enables the interrupts of received frames, and that of the mailboxes if somebody waits for it.
-    pub(crate) fn enable_interrupts(&mut self, waits: bool) {
+    fn is_empty(&self) -> bool {
+        self.outbox.is_empty()
+    }
+
+    fn write(&mut self, frame: &Frame) {
+        if let Some(mailbox) = self.outbox.post(frame) {
+            return post(mailbox, frame);
+        }
+        // Asked for by `has_room`.
+        let _ = self.outbox.push(frame);
+        self.fill();
+    }
+
+    fn clear(&mut self) {
+        for mailbox in self.outbox.clear() {
+            CAN1.tsr().write(|w| w.set_abrq(mailbox, true));
+        }
+        self.settle();
+    }
+
+    /// The interrupts of received frames come, and that of the mailboxes if somebody waits for it.
+    fn wait(&mut self, waits: bool) {
+        let waits = waits || self.outbox.waits();
         CAN1.ier().write(|w| {
             w.set_fmpie(USUAL, true);
             w.set_fmpie(URGENT, true);
             w.set_tmeie(waits);
         });
-    }
-
-    /// Drops all frames that have not been sent.
-    pub(crate) fn clear(&mut self) {
-        for mailbox in self.outbox.clear() {
-            CAN1.tsr().write(|w| w.set_abrq(mailbox, true));
-        }
-        self.settle();
     }
 }
 

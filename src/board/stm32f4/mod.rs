@@ -3,7 +3,9 @@
 
 pub(super) mod analog;
 pub(super) mod can;
+pub(super) mod can_link;
 pub(super) mod can_node;
+pub(super) mod can_tmcl;
 pub(super) mod clocks;
 pub(super) mod eeprom;
 #[cfg_attr(not(feature = "tmcm1140"), expect(dead_code, reason = "only some boards have encoders"))]

@@ -5,6 +5,7 @@ use core::hint::black_box as any;
 use super::stand_ins::{Added, Built, Nobody, parts};
 use super::{Bare, command, now};
 use tmcm::device::{Device, Inputs, Inversion};
+use tmcm::firmware::{OnBoard, pass_on};
 use tmcm::module::{LinkMode, LinkSettings, Message, Module, Port, Request, Source, deliver, serve};
 use tmcm::product::tmcm1140::AXIS;
 use tmcm::tmcl::binary::Addressed;
@@ -68,6 +69,22 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     any(device.store_mut().next_job());
 }
 
+/// A firmware as that on which it runs calls it.
+#[inline(never)]
+pub(super) fn firmware<F: OnBoard<AXES>, const AXES: usize>(firmware: &mut F) {
+    firmware.remember(any([0; 2]));
+    any(firmware.serve(&mut Nobody));
+    any(&mut *firmware);
+    if let Some(outputs) = any(firmware.poll(now(), &any(Inputs::default()))) {
+        pass_on(firmware, &mut Nobody, &outputs);
+    }
+    firmware.refill(&mut Nobody);
+    any((firmware.deadline(), firmware.takes_inputs(now()), firmware.baud_rate(), firmware.can_bit_rate()));
+    any((firmware.kept(), firmware.usb_name(), firmware.is_restarting(), firmware.awaits(any(Source::Can))));
+    firmware.recover();
+    firmware.forget(any(Source::Usb));
+}
+
 #[inline(never)]
 pub(super) fn module<P: Built<AXES>, const AXES: usize>() {
     let spec = any(P::SPEC);
@@ -81,9 +98,10 @@ pub(super) fn module<P: Built<AXES>, const AXES: usize>() {
     any(&mut module);
     let _ = any(module.execute(now(), any(Source::Usb), command()));
     any(&mut module);
+    firmware(&mut module);
     any(module.poll(now(), &any(Inputs::default())));
     any(&mut module);
-    any(serve(&mut module, &mut Nobody, now));
+    any(serve(&mut module, &mut Nobody));
     deliver(&mut module, &mut Nobody);
     any(&mut module);
     let _ = any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));

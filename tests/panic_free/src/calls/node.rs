@@ -2,6 +2,7 @@
 
 use core::hint::black_box as any;
 
+use super::module::firmware;
 use super::stand_ins::{BareNode, Chip, Pin};
 use super::{now, text};
 use tmcm::can::Frame;
@@ -34,6 +35,7 @@ pub(super) fn node() {
     any(&mut node);
     any(node.poll(now(), &any(Inputs::default())));
     any(&mut node);
+    firmware(&mut node);
     node.bus(now(), any(BusState::Off));
     node.lost(now(), any(Overflow::Receive));
     any(&mut node);

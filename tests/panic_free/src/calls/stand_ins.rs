@@ -6,17 +6,23 @@ use core::marker::PhantomData;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::can::Frame;
+use tmcm::canopen::{Bus, BusState, Filters};
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
-use tmcm::device::{Board, Controller, Controllers, Parts};
+use tmcm::device::{Board, Controller, Controllers, Outputs, Parts};
+use tmcm::firmware::Surroundings;
 use tmcm::module::{Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
 use tmcm::motion::Foreseeable;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::product::{Tmcm1140, Tmcm1140Canopen, Tmcm3212, Tmcm6110};
-use tmcm::store::Store;
+use tmcm::store::{Job, Store};
 use tmcm::tmcl::binary::Addressed;
 use tmcm::tmcl::{Command, Reply, Status};
+use tmcm::units::Micros;
+
+use super::now;
 
 /// A chip that answers anything, or fails.
 pub(super) struct Chip;
@@ -118,6 +124,7 @@ impl Board for BareNode {
 }
 
 /// User functions of which nothing is known.
+#[derive(Default)]
 pub(super) struct Added;
 
 impl Hooks for Added {
@@ -130,7 +137,74 @@ impl Hooks for Added {
 /// Links that bring anything.
 pub(super) struct Nobody;
 
+impl Surroundings for Nobody {
+    type Bus = Self;
+
+    fn bus(&mut self) -> Option<&mut Self> {
+        if any(true) { Some(self) } else { None }
+    }
+
+    fn set(&mut self, outputs: &Outputs) {
+        any(outputs);
+    }
+
+    fn keep(&mut self, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
+        if any(true) {
+            any(next());
+        }
+        any(Some(true))
+    }
+
+    fn put_in_force(&mut self, settings: &LinkSettings) {
+        any(settings);
+    }
+
+    fn restart(&mut self) {}
+}
+
+impl Bus for Nobody {
+    fn state(&self) -> BusState {
+        any(BusState::Off)
+    }
+
+    fn listen_to(&mut self, filters: &Filters) {
+        any(filters);
+    }
+
+    fn read(&mut self) -> Option<Frame> {
+        any(None)
+    }
+
+    fn has_overrun(&mut self) -> bool {
+        any(true)
+    }
+
+    fn settle(&mut self) {}
+
+    fn has_room(&self) -> bool {
+        any(true)
+    }
+
+    fn is_empty(&self) -> bool {
+        any(true)
+    }
+
+    fn write(&mut self, frame: &Frame) {
+        any(frame);
+    }
+
+    fn clear(&mut self) {}
+
+    fn wait(&mut self, waits: bool) {
+        any(waits);
+    }
+}
+
 impl LinkEnds for Nobody {
+    fn now(&self) -> Micros {
+        now()
+    }
+
     fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request> {
         any((source, settings));
         any(Some(Request::Telegram(Addressed::default())))

@@ -18,7 +18,7 @@ pub(super) fn keeper(board: &SharedBoard) -> Keeper<SimSpi> {
 }
 
 /// What is around a firmware with `AXES` axes.
-pub(super) struct Surroundings<const AXES: usize> {
+pub(super) struct Periphery<const AXES: usize> {
     board: SharedBoard,
     signals: Signals<AXES>,
     /// The inputs as they were read last.
@@ -32,10 +32,10 @@ pub(super) struct Surroundings<const AXES: usize> {
     clock: Micros,
 }
 
-impl<const AXES: usize> Surroundings<AXES> {
+impl<const AXES: usize> Periphery<AXES> {
     /// Around a firmware that has just started: its clock, which shows `clock`, begins now.
     pub(super) fn new(board: &SharedBoard, keeper: Keeper<SimSpi>, clock: Micros) -> Self {
-        Surroundings {
+        Periphery {
             board: board.clone(),
             signals: Signals::new(board),
             inputs: Inputs::default(),

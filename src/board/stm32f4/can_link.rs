@@ -1,0 +1,57 @@
+//! The CAN controller as the owner of a firmware has it, whatever the firmware does with it.
+
+use super::can::Can;
+use crate::can::Frame;
+use crate::canopen::Bus;
+use crate::module::LinkSettings;
+use crate::tmcl::can::Request;
+
+/// What a firmware does with the CAN controller. All of it is called at the owner's priority.
+pub trait CanLink {
+    /// Before the controller has joined the bus.
+    const NEW: Self;
+
+    /// True if the controller is to send what has waited longest, not the lowest identifier.
+    const IN_ORDER: bool;
+
+    /// The controller has joined the bus.
+    fn join(&mut self, controller: Can);
+
+    /// True once the controller has joined the bus.
+    fn is_joined(&self) -> bool;
+
+    /// The controller as a node of CANopen uses it.
+    type Node: Bus;
+
+    /// The controller as a node of CANopen uses it, once it has joined the bus.
+    fn as_node(&mut self) -> Option<&mut Self::Node> {
+        None
+    }
+
+    /// The next request of TMCL.
+    fn request(&mut self) -> Option<Request> {
+        None
+    }
+
+    /// True if there is room for an event besides the reply to a request.
+    fn takes_event(&self) -> bool {
+        false
+    }
+
+    /// Sends a reply of TMCL.
+    fn answer(&mut self, _: &Frame) {}
+
+    /// Listens to the identifiers of the settings.
+    fn put_in_force(&mut self, _: &LinkSettings) {}
+
+    /// A mailbox has become free.
+    fn refill(&mut self) {}
+
+    /// Keeps the interrupt of received frames from coming again and again while they cannot be taken.
+    fn hold(&self) {}
+
+    /// True if nothing is on its way for which a restart should wait.
+    fn has_sent(&self) -> bool {
+        true
+    }
+}
