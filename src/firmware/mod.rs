@@ -1,7 +1,7 @@
 //! The firmware as that on which it runs sees it, a board or a simulator, whatever language it speaks; and what happens
 //! behind each of its polls, in which order.
 //!
-//! A [`Firmware`] has neither to have a device nor a store. What one on a [`Board`](crate::device::Board) is made of, and how
+//! A [`Firmware`] has neither to have a device nor a store. What one on a [`Board`] is made of, and how
 //! it starts, is [`OnBoard`].
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]

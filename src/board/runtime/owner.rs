@@ -107,7 +107,6 @@ static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 
 /// Hands the owner to its interrupt handler and starts its timer.
 pub(super) fn start<F: Runs>(owner: &'static mut Owner<F>) {
-    owner.firmware.introduce();
     owner.look_for_bit_rate();
     owner.around.start(owner.firmware.link_settings());
     // SAFETY: the interrupt of TIM3 is not enabled yet, and those of CAN come only after a task of thread mode, where this

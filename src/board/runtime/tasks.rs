@@ -76,6 +76,7 @@ where
             F::factory_reset(store);
         }
     });
+    firmware.introduce();
     spawn(spawner, keeper::keep(keeper));
 }
 

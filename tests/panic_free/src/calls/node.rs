@@ -3,7 +3,7 @@
 use core::hint::black_box as any;
 
 use super::module::firmware;
-use super::stand_ins::{BareNode, Chip, Pin};
+use super::stand_ins::{BareNode, Chip, Nobody, Pin};
 use super::{now, text};
 use tmcm::can::Frame;
 use tmcm::can::outbox::Outbox;
@@ -36,6 +36,9 @@ pub(super) fn node() {
     any(node.poll(now(), &any(Inputs::default())));
     any(&mut node);
     firmware(&mut node);
+    node.send(&mut Nobody);
+    node.look_at(now(), &mut Nobody);
+    any(&mut node);
     node.bus(now(), any(BusState::Off));
     node.lost(now(), any(Overflow::Receive));
     any(&mut node);
@@ -67,6 +70,7 @@ pub(super) fn node() {
     any(node.serve_usb(now(), &any(Addressed::default())));
     node.remember(canopen::Address::from_kept(any([0; 2])));
     any(node.address().map(canopen::Address::to_kept));
+    any(node.address().map(canopen::Address::bits_per_second));
     any((any(Emergency::Reset).data(), any(Emergency::Reset).reaction(), any(canopen::Abort::Toggle).code()));
     any(canopen::Abort::from_code(any(0)).map(canopen::Abort::meaning));
 }
