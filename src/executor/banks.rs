@@ -9,6 +9,9 @@ use crate::tmcl::Status;
 /// The tick timer and random numbers have 31 bits (manual section 5.1, parameters 132 and 133).
 const BITS_31: u32 = 0x7FFF_FFFF;
 
+/// The number that, written to parameter 73, locks the EEPROM.
+const LOCK: i32 = 1234;
+
 /// The parameter that a number and a bank stand for.
 enum Global {
     Bank0(&'static Parameter<G>),
@@ -49,8 +52,12 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
         match find::<T::Product>(number, bank)? {
             Global::Bank0(Parameter { function, row }) => {
                 check(row, value)?;
-                if matches!(row.storage, Storage::Automatic(_)) {
+                if let Storage::Automatic(slot) = row.storage {
                     slots::<T::Product>()?;
+                    if *function == G::EepromLock {
+                        return self.lock(slot, value, echo);
+                    }
+                    self.may_store()?;
                 }
                 match *function {
                     G::CodeProtection if self.executor.globals.uncover(value) => {
@@ -79,6 +86,15 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
             }
         }
         Ok(Outcome::Value(echo))
+    }
+
+    /// Locks the EEPROM or unlocks it (73), which is stored itself, locked or not.
+    fn lock(&mut self, slot: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
+        let locks = matches!(value, 1 | LOCK).into();
+        self.executor.globals.set(G::EepromLock, 0);
+        self.keep(Some(slot.into()), locks)?;
+        self.executor.globals.set(G::EepromLock, locks);
+        Ok(Outcome::stored(echo))
     }
 
     /// Takes the read protection (81) off, by which the program is erased; not while a link downloads one. The protection

@@ -3,6 +3,7 @@
 use super::{Executor, Hooks, Product, Slots, Spec};
 use crate::device::{Board, Device};
 use crate::motion::Joined;
+use crate::param::GlobalParameter as G;
 use crate::tmcl::Status;
 use crate::units::Micros;
 use crate::vm::Machine;
@@ -33,8 +34,15 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
         if self.device.is_locked() || self.barred { Err(Status::NotAvailable) } else { Ok(()) }
     }
 
-    /// Has the store write a value to a slot of the EEPROM; without a slot the command is refused with status 3.
+    /// Refuses to store anything, with status 5, while parameter 73 locks the EEPROM.
+    pub(super) fn may_store(&self) -> Result<(), Status> {
+        if self.executor.globals.get(G::EepromLock) != 0 { Err(Status::EepromLocked) } else { Ok(()) }
+    }
+
+    /// Has the store write a value to a slot of the EEPROM. Without a slot the command is refused with status 3, with a
+    /// locked EEPROM with status 5.
     pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
+        self.may_store()?;
         if slot.is_some_and(|slot| self.device.store_mut().set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
     }
 

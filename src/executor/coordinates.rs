@@ -52,8 +52,12 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
     /// other commands would save what this one needs.
     #[inline(never)]
     pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
+        let stores = self.executor.globals.get(G::CoordinateStorage) != 0;
+        if stores {
+            self.may_store()?;
+        }
         let before = self.executor.coordinates.set(axis, number, value)?;
-        if self.executor.globals.get(G::CoordinateStorage) != 0 {
+        if stores {
             // Coordinate 0 has no slot in the EEPROM.
             if number > 0 {
                 self.keep(slots::<T::Product>()?.coordinate(axis, number), value)?;

@@ -8,6 +8,12 @@ use crate::tmcl::Status;
 /// How far from its absolute zero the built-in encoder still counts as there, for [`Signal::EncoderZero`]; in 1/1024
 /// turn.
 const NEAR_ZERO: u16 = 4;
+/// The supply voltage at which the converter reads its highest value, in 0.1 V: 3.3 V behind a divider by eleven.
+const SUPPLY_FULL_SCALE: i32 = 363;
+/// The reading of 5 V behind a divider by two, on a converter that reads its highest value at 3.3 V.
+const LOGIC_SUPPLY: i32 = 3102;
+/// The highest reading of the converter.
+const HIGHEST: i32 = (1 << CONVERTER_BITS) - 1;
 
 impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
     /// SIO: sets an output, all outputs, or the pull-up resistors of the inputs.
@@ -56,6 +62,11 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
             (OUTPUTS, port) if port < outputs => level(self.device.outputs().digital.into(), port),
             _ => match signals.iter().find(|signal| signal.place() == (bank, port)) {
                 Some(Signal::Supply) => seen.supply.ok_or(Status::NotAvailable)?.into(),
+                Some(Signal::SupplyReading) => {
+                    let supply = i32::from(seen.supply.ok_or(Status::NotAvailable)?);
+                    (supply.saturating_mul(HIGHEST) / SUPPLY_FULL_SCALE).min(HIGHEST)
+                }
+                Some(Signal::LogicSupplyReading) => LOGIC_SUPPLY,
                 Some(Signal::Temperature) => seen.temperature.into(),
                 Some(Signal::Enable) => level(seen.digital, port),
                 Some(Signal::EncoderZero) => {

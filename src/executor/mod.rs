@@ -101,8 +101,13 @@ impl<H: Hooks, const AXES: usize> Executor<H, AXES> {
     /// Takes from the store of a device, before its start, everything that is to be restored then.
     pub(crate) fn restore<T: Board<Product: Product>>(&mut self, device: &mut Device<T, AXES>) {
         self.globals.reload(device.store());
-        let Spec { axis: table, slots, .. } = T::Product::SPEC;
+        let Spec { axis: table, global, slots, .. } = T::Product::SPEC;
         let Some(slots) = slots else { return };
+        // Another magic number (64) than the default asks for the defaults of all settings.
+        if global.row(G::EepromMagic).is_some_and(|row| self.globals.get(G::EepromMagic) != row.default) {
+            factory_reset::<T::Product>(device.store_mut());
+            self.globals = Globals::defaults::<T::Product>();
+        }
         let stored = |device: &Device<T, AXES>, slot: Option<usize>| device.store().get(slot?);
         if self.globals.get(G::DoNotRestoreVariables) == 0 {
             for (number, variable) in (0..=u8::MAX).zip(&mut self.variables) {

@@ -16,6 +16,10 @@ pub const ALL_PORTS: u8 = 255;
 pub enum Signal {
     /// The supply voltage, in 0.1 V.
     Supply,
+    /// The supply voltage, as the converter reads it behind its divider.
+    SupplyReading,
+    /// The 5 V supply of the logic, as the converter reads it behind its divider.
+    LogicSupplyReading,
     /// The temperature of the module, in degrees Celsius.
     Temperature,
     /// The level of the input that enables the drivers.
@@ -29,6 +33,8 @@ impl Signal {
     pub const fn place(self) -> (u8, u8) {
         match self {
             Signal::Supply => (ANALOG, 8),
+            Signal::SupplyReading => (ANALOG, 1),
+            Signal::LogicSupplyReading => (ANALOG, 2),
             Signal::Temperature => (ANALOG, 9),
             Signal::Enable => (INPUTS, 10),
             Signal::EncoderZero => (INPUTS, 11),

@@ -231,8 +231,8 @@ axis_parameters! {
         ConstantToffMode = driver;
         /// 1: in constant off time mode the comparator does not end the fast decay phase.
         DisableFastDecayComparator = driver;
-        /// Time between two decrements of the hysteresis in spreadCycle, as a choice of clock counts. It has no number
-        /// in TMCL.
+        /// Time between two decrements of the hysteresis in spreadCycle, as a choice of clock counts. In constant
+        /// off time mode it has no effect.
         ChopperHysteresisDecrement = driver;
         /// Hysteresis end in spreadCycle, fast decay time in constant off time mode.
         ChopperHysteresisEnd = driver;
@@ -262,7 +262,7 @@ axis_parameters! {
         ShortDetectionTimer = driver;
         /// Full-scale voltage of the sense resistors, 0: high, 1: low. It is kept, without effect where the driver has
         /// no such field.
-        Vsense = plain;
+        Vsense = driver;
         /// Current of a motor below the coolStep threshold speed, in 1/255 of the module's full current.
         SmartEnergySlowRunCurrent = excitation;
         /// 1: the chopper off time varies at random.

@@ -3,7 +3,8 @@
 use super::functions;
 
 /// Bit rates of RS485 in bit/s, indexed by [`GlobalParameter::SerialBaudRate`].
-pub const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
+pub const BAUD_RATES: [u32; 12] =
+    [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400, 250_000, 500_000, 1_000_000];
 /// Bit rates of CAN in bit/s, indexed by [`GlobalParameter::CanBitRate`] minus 2.
 pub const CAN_BIT_RATES: [u32; 7] = [20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 1_000_000];
 
@@ -11,6 +12,8 @@ functions! {
     /// The function of a global parameter of bank 0; its number belongs to the product's [`Row`](super::Row).
     GlobalParameter;
     settings {
+        /// With another value than its default, all settings become factory defaults at the next start.
+        EepromMagic,
         /// RS485 bit rate, an index into [`BAUD_RATES`]; takes effect after a restart.
         SerialBaudRate,
         /// Address of the module on RS485 and in ASCII mode; USB ignores it in binary mode.
@@ -25,6 +28,9 @@ functions! {
         CanReplyId,
         /// CAN identifier (11 bits) of requests.
         CanId,
+        /// 1: the EEPROM is locked, so that nothing but this parameter can be stored. Two numbers, 1234 and 4321, can be
+        /// written in place of 1 and 0.
+        EepromLock,
         /// Pause before a reply on RS485, in milliseconds.
         TelegramPause,
         /// Address of the host in replies on RS485 and USB.
@@ -44,6 +50,8 @@ functions! {
         CoordinateStorage,
         /// 1: user variables are 0 after power-on in place of their stored values.
         DoNotRestoreVariables,
+        /// Length of a pulse at the step outputs, in microseconds minus one. It is kept, without effect.
+        StepPulseLength,
         /// Second address of the module on RS485 and in ASCII mode; 0: none.
         SerialSecondaryAddress,
         /// 1: motor and encoder count in the other direction.

@@ -30,8 +30,8 @@ use crate::tell;
 
 /// Convert speeds, accelerations, times and currents between the units of a product; tell how long a move takes
 ///
-/// The numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean
-/// what pulse and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
+/// The numbers of a product with a TMC429 are internal units of this motion controller (int), which mean what pulse
+/// and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
 /// of its chip (chip). What a motor does is in full steps per second, turns per second (rps) and per minute (rpm).
 /// Accelerations are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. With --lead there are mm/s and mm/s2,
 /// of what a lead screw or a belt moves. Times are in us, ms, s, min, and in what a product has them in, such as x10 ms.

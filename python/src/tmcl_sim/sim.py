@@ -41,8 +41,8 @@ class Sim(Module):
     world:    path of the file (TOML) that describes motor, stage and switches; without one each axis has a free motor.
     paused:   True lets virtual time stand still but for what requests need; a number is the seconds of it that pass
               after each reply as well, for scripts that ask and sleep; with False it goes by the clock.
-    product:  "1140", "3110", "3212" or "6110", or one for each of several modules; without it that of the image, or
-              "1140".
+    product:  "1140", or another one that `tmcl sim --help` lists, or one for each of several modules; without it that
+              of the image, or "1140".
     firmware: "tmcl" or "canopen"; without it that of the image, or "tmcl".
     modules:  how many modules there are; without it as many as products.
     speed:    how fast time goes by the clock, 0.001 to 1000, or "max".
