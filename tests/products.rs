@@ -11,8 +11,8 @@ use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
 use tmcm::module::{Module, Source};
-use tmcm::param::{COORDINATES, Parameter, STORED_USER_VARIABLES};
-use tmcm::product::{Tmcm3110, Tmcm3212, Tmcm6110};
+use tmcm::param::{COORDINATES, Parameter, Row, STORED_USER_VARIABLES};
+use tmcm::product::{Tmcm1110, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
 use tmcm_sim::native::{Simulated, parts};
@@ -80,6 +80,10 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
     values.into_iter().find(|value| row.accepts(*value)).unwrap()
 }
 
+/// Numbers of the global parameters that have tests of their own: they keep other values from being stored, or from being
+/// the same after a power cycle.
+const OF_THE_EEPROM: [u8; 2] = [64, 73];
+
 /// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
 /// no two values share a slot.
 fn everything_survives<P: OnBoard, const AXES: usize, const N: usize>() {
@@ -87,7 +91,8 @@ fn everything_survives<P: OnBoard, const AXES: usize, const N: usize>() {
     let spec = P::SPEC;
     let mut expected = Vec::new();
     let axes = 0..spec.axes;
-    for parameter in spec.global.rows.iter().filter(|parameter| parameter.row.stored()) {
+    let kept = |row: &Row| row.stored() && !OF_THE_EEPROM.contains(&row.number);
+    for parameter in spec.global.rows.iter().filter(|parameter| kept(&parameter.row)) {
         // Changing the serial address does no harm, because USB ignores it. Code protection gets the value 1, which
         // protects the program from being read but not from being changed.
         let (number, value) = (parameter.row.number, another(parameter, 0));
@@ -140,6 +145,11 @@ fn everything_that_can_be_stored_survives_on_a_tmcm_3110() {
     everything_survives::<Tmcm3110, 3, 1>();
 }
 
+#[test]
+fn everything_that_can_be_stored_survives_on_a_tmcm_1110() {
+    everything_survives::<Tmcm1110, 1, 1>();
+}
+
 /// There is no axis parameter among it.
 #[test]
 fn everything_that_can_be_stored_survives_on_a_tmcm_3212() {
@@ -187,6 +197,27 @@ fn commands_and_parameters_that_a_product_lacks_are_refused() {
     }
 }
 
+/// The TMCM-1110 lacks what is newer than its manual, ASCII mode, and the axes whose drivers are other boards.
+#[test]
+fn what_is_newer_than_the_manual_of_a_tmcm_1110_is_refused() {
+    let mut rig = Rig::<Tmcm1110, 1, 1>::new();
+    let numbers = [14, 150, 200, 201, 207, 213, 215, 216, 217, 218];
+    let lines = numbers.iter().map(|number| format!("GAP {number}, 0"));
+    let lines = lines.chain([67, 78, 87, 90, 255].iter().map(|number| format!("GGP {number}, 0")));
+    let lines = lines.chain([4, 5, 16, 22, 29, 32, 43].iter().map(|number| format!("EI {number}")));
+    let others =
+        ["SGP 133, 0, 1", "SIO 0, 0, 1", "SIO 5, 2, 1", "GIO 4, 0", "GIO 3, 1", "GIO 8, 1", "GIO 9, 1", "GIO 5, 2"];
+    for line in lines.chain(others.map(String::from)) {
+        assert_eq!(rig.send(&line).0, Status::WrongType as u8, "{line}");
+    }
+    for line in
+        ["SAP 193, 0, 129", "SAP 167, 0, 1", "SAP 164, 0, 4", "GAP 1, 1", "ROR 1, 1", "MST 2", "MVP COORD, 66, 1"]
+    {
+        assert_eq!(rig.send(line).0, Status::InvalidValue as u8, "{line}");
+    }
+    assert_eq!(rig.send("139, 0, 0, 0").0, Status::InvalidCommand as u8);
+}
+
 /// Parameter 204 is the maximum current of one product and the freewheeling time of another.
 #[test]
 fn a_number_means_what_the_product_says() {
@@ -218,6 +249,82 @@ fn interrupts_are_as_many_as_axes_and_inputs() {
         assert_eq!(six.ok(&format!("GGP {number}, 3")), number % 4, "{number}");
     }
     assert_eq!(three.send("GGP 33, 3").0, Status::WrongType as u8);
+}
+
+/// An EEPROM that is locked (73) keeps what it has, and is read as ever; direct and by every command that stores. The lock
+/// itself survives a power cycle, until the other number opens it.
+#[test]
+fn a_locked_eeprom_stores_nothing() {
+    const LOCKED: u8 = Status::EepromLocked as u8;
+    let mut rig = Rig::<Tmcm1110, 1, 1>::new();
+    for line in ["SAP 4, 0, 500", "STAP 4, 0", "SGP 5, 2, 50", "STGP 5, 2", "SGP 84, 0, 1", "SCO 3, 0, 300"] {
+        rig.ok(line);
+    }
+    for (line, value) in
+        [("SGP 73, 0, 1233", 0), ("SGP 73, 0, 4321", 0), ("SGP 73, 0, 1234", 1), ("SGP 73, 0, 1235", 1)]
+    {
+        rig.send(line);
+        assert_eq!(rig.ok("GGP 73, 0"), value, "{line}");
+    }
+    for _ in 0..2 {
+        rig.ok("SAP 4, 0, 600");
+        rig.ok("SGP 5, 2, 60");
+        let before = rig.eeprom.clone();
+        let stores = [
+            "STAP 4, 0",
+            "STGP 5, 2",
+            "SGP 76, 0, 9",
+            "SGP 64, 0, 0",
+            "SGP 81, 0, 1",
+            "SCO 3, 0, 4",
+            "CCO 3, 0",
+            "SCO 3, 255, 0",
+        ];
+        for line in stores {
+            assert_eq!(rig.send(line).0, LOCKED, "{line}");
+        }
+        assert!(rig.eeprom == before, "something was stored");
+        assert_eq!(
+            (rig.ok("GGP 76, 0"), rig.ok("GGP 64, 0"), rig.ok("GGP 81, 0"), rig.ok("GCO 3, 0")),
+            (2, 228, 0, 300)
+        );
+        for line in ["RSAP 4, 0", "RSGP 5, 2", "GCO 3, 255"] {
+            rig.ok(line);
+        }
+        assert_eq!((rig.ok("GAP 4, 0"), rig.ok("GGP 5, 2"), rig.ok("GCO 3, 0")), (500, 50, 300));
+        rig = rig.power_cycle();
+        assert_eq!((rig.ok("GGP 73, 0"), rig.ok("GAP 4, 0")), (1, 500));
+    }
+    rig.ok("SGP 73, 0, 4321");
+    rig.ok("SGP 76, 0, 9");
+    let mut rig = rig.power_cycle();
+    assert_eq!((rig.ok("GGP 73, 0"), rig.ok("GGP 76, 0")), (0, 9));
+    // What the parameter reads can be written to it: saved settings can be restored.
+    for value in [1, 0] {
+        rig.ok(&format!("SGP 73, 0, {value}"));
+        assert_eq!(rig.ok("GGP 73, 0"), value);
+    }
+}
+
+/// Another magic number (64) makes the next start one with factory defaults; until then all settings stay in force.
+#[test]
+fn another_magic_number_brings_the_factory_defaults_back() {
+    let mut rig = Rig::<Tmcm1110, 1, 1>::new();
+    for line in ["SAP 4, 0, 500", "STAP 4, 0", "SGP 5, 2, 50", "STGP 5, 2", "SGP 76, 0, 9", "SGP 64, 0, 228"] {
+        rig.ok(line);
+    }
+    let mut rig = rig.power_cycle();
+    assert_eq!((rig.ok("GAP 4, 0"), rig.ok("GGP 5, 2"), rig.ok("GGP 76, 0")), (500, 50, 9));
+    rig.ok("SGP 64, 0, 229");
+    rig.ok("SGP 77, 0, 1");
+    assert_eq!((rig.ok("GGP 64, 0"), rig.ok("GGP 76, 0"), rig.ok("GAP 4, 0")), (229, 9, 500));
+    for _ in 0..2 {
+        rig = rig.power_cycle();
+        let found = ["GGP 64, 0", "GAP 4, 0", "GGP 5, 2", "GGP 76, 0", "GGP 77, 0"].map(|line| rig.ok(line));
+        assert_eq!(found, [228, 1000, 0, 2, 0]);
+    }
+    rig.ok("SGP 76, 0, 7");
+    assert_eq!(rig.power_cycle().ok("GGP 76, 0"), 7);
 }
 
 /// Program memory of another size than that of the TMCM-1140: addresses behind its end are refused.

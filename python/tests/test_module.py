@@ -15,7 +15,7 @@ from tmcl_sim import Fault, Module, NoReply, Refused, Sim, SimError
 
 # A short of bridge A among the driver's error flags.
 SHORT_A = 8
-AXES = {"1140": 1, "3110": 3, "3212": 3, "6110": 6}
+AXES = {"1140": 1, "1110": 1, "3110": 3, "3212": 3, "6110": 6}
 
 
 @pytest.fixture

@@ -160,7 +160,7 @@ def test_close() -> None:
     ("arguments", "words"),
     [
         ({"world": "missing.toml"}, r"^tmcl: --world: cannot read missing.toml: there is no such file or folder$"),
-        ({"product": "1141"}, r"'1141' is none of 1140, 3110, 3212, 6110; did you mean '1140'\?$"),
+        ({"product": "1141"}, r"'1141' is none of 1140, 1110, 3110, 3212, 6110; did you mean '1140'\?$"),
         ({"firmware": "canopen", "rs485": True}, r"--rs485: the CANopen firmware leaves the module's RS485 port off"),
         ({"log": "missing/log.txt"}, r"--log-telegrams: cannot write .*/missing/log.txt"),
         ({"binary": "/bin/true"}, r"^/bin/true has ended with exit code 0 before it was ready$"),

@@ -4,33 +4,36 @@
 //! [`products!`](crate::products) lists them. What a product's board consists of, and at which pins it is, stands with
 //! the boards: `board` here, `hal_sim::board` in the simulator.
 
+pub mod tmcm1110;
 pub mod tmcm1140;
 pub mod tmcm1140_canopen;
 pub mod tmcm3110;
 pub mod tmcm3212;
 pub mod tmcm6110;
 
+pub use tmcm1110::{TMCM_1110, Tmcm1110};
 pub use tmcm1140::{TMCM_1140, Tmcm1140};
 pub use tmcm1140_canopen::Tmcm1140Canopen;
 pub use tmcm3110::{TMCM_3110, Tmcm3110};
 pub use tmcm3212::{TMCM_3212, Tmcm3212};
 pub use tmcm6110::{TMCM_6110, Tmcm6110};
 
-/// Hands the list of all products with a TMCL firmware to the macro `$with`, in the order of their numbers: of each the
-/// type, the `Spec`, and the chips that move its motors, by the name that the simulator has for them. The usual product
-/// is the first one.
+/// Hands the list of all products with a TMCL firmware to the macro `$with`: of each the type, the `Spec`, and the chips
+/// that move its motors, by the name that the simulator has for them. The usual product is the first one, the others
+/// follow in the order of their numbers.
 ///
 /// ```
 /// macro_rules! numbers {
 ///     ($($product:ident $spec:ident $chips:ident;)*) => { [$(tmcm::product::$spec.number),*] };
 /// }
-/// assert_eq!(tmcm::products!(numbers), [1140, 3110, 3212, 6110]);
+/// assert_eq!(tmcm::products!(numbers), [1140, 1110, 3110, 3212, 6110]);
 /// ```
 #[macro_export]
 macro_rules! products {
     ($with:ident) => {
         $with! {
             Tmcm1140 TMCM_1140 Tmc429s;
+            Tmcm1110 TMCM_1110 Tmc429s;
             Tmcm3110 TMCM_3110 Tmc429s;
             Tmcm3212 TMCM_3212 Tmc5160s;
             Tmcm6110 TMCM_6110 Tmc429s;

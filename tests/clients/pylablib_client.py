@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Drives a virtual TMCM-6110 with pylablib, unmodified: its class for the modules with several axes.
+"""Drives a virtual TMCM-1110 and a TMCM-6110 with pylablib, unmodified: its class for the one, and that for the modules with
+several axes.
 
     python3 tests/clients/pylablib_client.py target/debug/tmcl
-    python3 tests/clients/pylablib_client.py target/debug/tmcl --image target/thumbv7em-none-eabi/release/tmcm6110
+    python3 tests/clients/pylablib_client.py target/debug/tmcl --product 6110 \
+        --image target/thumbv7em-none-eabi/release/tmcm6110
 
 With --image the module is the flash image on the emulated microcontroller. Starts `tmcl sim` itself.
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
@@ -84,5 +86,68 @@ def session(simulator):
     stage.close()
 
 
+def one_axis(simulator):
+    """All that the class for the TMCM-1110 has, on its one axis."""
+    stage = Trinamic.TMCM1110((simulator.told["serial"], 9600))
+    information = stage.get_full_info(include="all")
+    for name, expected in (
+        ("position", 0),
+        ("velocity_parameters", (1000, 1000, 8, 128)),
+        ("limit_switches_parameters", (False, False)),
+        ("home_parameters", ("lim_left", 500, 100)),
+        ("limit_switches_state", (False, False)),
+        ("microstep_resolution", 256),
+        ("moving", False),
+        ("homing", False),
+        ("last_home_position", 0),
+    ):
+        equal(name, information[name], expected)
+    equal("currents", stage.setup_current(0.5, 0.1), (127 / 255, 25 / 255))
+
+    stage.set_switch_polarity(True)
+    equal("polarity", stage.get_switch_polarity(), True)
+    wait_for("open switches are closed", lambda: stage.get_limit_switches_state() == (True, True))
+    stage.set_switch_polarity(False)
+    simulator.control("press right")
+    wait_for("one switch", lambda: stage.get_limit_switches_state() == (False, True))
+    simulator.control("release right")
+
+    for mode in ("lim_right", "lim_left_right", "lim_left_right_bothsides", "lim_right_bothsides", "home_neg_inv"):
+        equal("mode", stage.setup_home(mode)[0], mode)
+    stage.setup_home("lim_left", search_speed=600, switch_speed=150)
+    stage.home(timeout=PATIENCE)
+    equal("the axis is at zero", stage.get_position(), 0)
+    check("the last position is that before", stage.get_last_home_position() < 0, stage.get_last_home_position())
+    off = simulator.control("state")["axes"][0]["rotor"] - LEFT
+    check("the axis is at its left switch", abs(off) < 300, off)
+
+    stage.setup_velocity(speed=800, accel=900, pulse_divisor=4, ramp_divisor=64)
+    stage.move_to(3000)
+    stage.wait_move()
+    stage.move_by(-1000)
+    stage.wait_move()
+    equal("position", stage.get_position(), 2000)
+    equal("new position", stage.set_position_reference(10), 10)
+    stage.jog("+")
+    wait_for("the axis turns", lambda: stage.is_moving() and stage.get_current_speed() == 800)
+    stage.stop()
+    wait_for("the axis stops", lambda: not stage.is_moving())
+
+    # The lines of the manual that are one port each: AIN_0, +VS, +5V, and five outputs.
+    simulator.control("analog 0 1234")
+    wait_for("AIN_0", lambda: stage.get_general_input(0, bank=1).value == 1234)
+    check("supply", abs(stage.get_general_input(1, bank=1).value - 2707) <= 10)
+    equal("logic supply", stage.get_general_input(2, bank=1).value, 3102)
+    for port in range(5):
+        stage.set_general_output(True, port)
+        wait_for(f"output {port}", lambda: simulator.control("state")["outputs"][port])
+        equal(f"output {port} is read", stage.get_general_input(port, bank=2).value, 1)
+    stage.store_axis_parameter(4, 777)
+    stage.close()
+
+
+# What is done with each product, and where its switches are.
+SESSIONS = {"1110": (one_axis, f"[stage]\nleft = {LEFT}\nhard_left = -60000\n"), "6110": (session, WORLD)}
+
 if __name__ == "__main__":
-    drive("Drives a virtual TMCM-6110 with pylablib.", {"6110": (session, WORLD)}, "--serial", "{folder}/usb")
+    drive("Drives a virtual TMCM-1110 and a TMCM-6110 with pylablib.", SESSIONS, "--serial", "{folder}/usb")

@@ -12,6 +12,7 @@ pub mod random;
 pub mod random_command;
 pub mod row;
 pub mod table;
+pub mod tmcm1110;
 pub mod tmcm3212;
 
 use hal_sim::clock::{MILLISECOND, Nanos};

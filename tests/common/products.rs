@@ -1,14 +1,14 @@
-//! Products with several axes: the TMCM-6110, the TMCM-3110, the TMCM-3212, and one with three axes that exists in tests alone. Its
+//! Products other than the TMCM-1140: the TMCM-1110, those with several axes, and one with three axes that exists in tests alone. Its
 //! parameters, commands and EEPROM are others than those of them all.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_3110, TMCM_3212, TMCM_6110};
+use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_1110, TMCM_3110, TMCM_3212, TMCM_6110};
 use hal_sim::chip::at25::AT25512;
 use tmcm::module::{Product, Slots, Spec};
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
-use tmcm::product::{TMCM_1140, Tmcm3110, Tmcm3212, Tmcm6110};
+use tmcm::product::{TMCM_1140, Tmcm1110, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::store::{Layout, Memory, Pair, Storing};
 use tmcm::tmcl::Opcode;
 use tmcm_sim::native::{Tmc429s, Wired};
@@ -131,6 +131,10 @@ pub trait OnBoard: Wired + Product {
 
 impl OnBoard for Three {
     const BOARD: &'static BoardKind = &THREE_BOARD;
+}
+
+impl OnBoard for Tmcm1110 {
+    const BOARD: &'static BoardKind = &TMCM_1110;
 }
 
 impl OnBoard for Tmcm6110 {

@@ -2,7 +2,7 @@
 //! independently of the firmware's own, and tests compare them.
 
 use super::row::{ANY, FLAG, Row, read_only, stored, volatile};
-use super::{Bench, tmcm3212};
+use super::{Bench, tmcm1110, tmcm3212};
 use tmcm::tmcl::Command;
 use tmcm_sim::Product;
 
@@ -73,6 +73,7 @@ pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, moto
 pub fn tables(product: Product) -> Vec<Table> {
     let (axes, inputs, axis, global) = match product {
         Product::Tmcm1140 => (1, 4, AXIS_ROWS.to_vec(), GLOBAL_ROWS.to_vec()),
+        Product::Tmcm1110 => (1, 4, tmcm1110::AXIS_ROWS.to_vec(), tmcm1110::GLOBAL_ROWS.to_vec()),
         Product::Tmcm3110 => (3, 8, changed(&sisters_axis_rows(), ENCODERS_3110), GLOBAL_ROWS.to_vec()),
         Product::Tmcm3212 => (3, 4, tmcm3212::AXIS_ROWS.to_vec(), without(GLOBAL_ROWS, &[67, 79, 90])),
         Product::Tmcm6110 => (6, 8, sisters_axis_rows(), changed(GLOBAL_ROWS, BOTH_CONTROLLERS)),

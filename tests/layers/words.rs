@@ -26,7 +26,7 @@ fn what_holds_for_all_products_names_none() {
 
 /// The words of a line that name a chip (TMC and a number, AT25...), or a product by its name or number.
 fn names_of_products(line: &str) -> Vec<&str> {
-    const NUMBERS: [&str; 4] = ["1140", "3110", "3212", "6110"];
+    const NUMBERS: [&str; 5] = ["1110", "1140", "3110", "3212", "6110"];
     let words = line.split(|c: char| !c.is_alphanumeric());
     let names = |word: &&str| {
         let word = word.to_lowercase();

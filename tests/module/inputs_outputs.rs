@@ -103,6 +103,37 @@ fn analog_inputs() {
     }
 }
 
+/// Ports 1 and 2 of bank 1 of the TMCM-1110 are the supply and the 5 V of its logic, behind dividers; OUT2 to OUT4 are its
+/// PWMU lines, and digital inputs beside AIN_0 its PWMD lines.
+#[test]
+fn ports_of_a_tmcm_1110() {
+    let mut bench = Bench::of(Product::Tmcm1110);
+    for (volts, reading) in [("24", 2707), ("10", 1128), ("30", 3384), ("48", 4095)] {
+        bench.control(&format!("supply {volts}"));
+        bench.run(2 * MILLISECOND);
+        assert_eq!((bench.ok("GIO 1, 1"), bench.ok("GIO 2, 1")), (reading, 3102), "{volts} V");
+    }
+    for (reading, level) in [(0, 0), (2047, 0), (2048, 1), (4095, 1)] {
+        bench.control(&format!("analog 0 {reading}"));
+        bench.run(2 * MILLISECOND);
+        assert_eq!((bench.ok("GIO 0, 1"), bench.ok("GIO 0, 0")), (reading, level));
+    }
+    for port in 0..5 {
+        bench.ok(&format!("SIO {port}, 2, 1"));
+        bench.run(2 * MILLISECOND);
+        assert_eq!(bench.ok(&format!("GIO {port}, 2")), 1);
+        assert_eq!(bench.module.board().borrow().world().outputs().digital, 1 << port);
+        bench.ok(&format!("SIO {port}, 2, 0"));
+    }
+    for port in 1..4 {
+        bench.control(&format!("input {port} 1"));
+        bench.run(2 * MILLISECOND);
+        // AIN_0 is still high.
+        assert_eq!(bench.ok("GIO 255, 0"), 1 | 1 << port);
+        bench.control(&format!("input {port} 0"));
+    }
+}
+
 /// Port 11 is that of the built-in encoder, which the TMCM-1140 alone has.
 #[test]
 fn without_a_built_in_encoder_there_is_no_port_11() {

@@ -184,7 +184,7 @@ fn scenes(product: Product, axes: &[u8]) {
 
 #[test]
 fn lost_answers_of_one_axis() {
-    for product in [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm3212, Product::Tmcm6110] {
+    for product in Product::ALL {
         scenes(product, &[0]);
     }
 }
@@ -225,7 +225,7 @@ fn lost_answers_of_a_set_of_axes() {
 /// given up.
 #[test]
 fn a_command_into_a_silent_bus_is_taken_back() {
-    for product in [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm3212, Product::Tmcm6110] {
+    for product in Product::ALL {
         for Scene { prepare, commands } in SCENES {
             for command in commands.iter().filter(|command| !command.starts_with("SAP 1")) {
                 let command = Case::lines(&[command], product, &[0]).remove(0);

@@ -23,7 +23,13 @@ impl Motor {
     /// The motors of all products, both ways, with their switches in force and slow ramps: at its speed a motor brakes for a
     /// second (TMC5160) or a third of one.
     fn each() -> impl Iterator<Item = Motor> {
-        let products = [(Product::Tmcm1140, 0), (Product::Tmcm3110, 2), (Product::Tmcm3212, 2), (Product::Tmcm6110, 5)];
+        let products = [
+            (Product::Tmcm1140, 0),
+            (Product::Tmcm1110, 0),
+            (Product::Tmcm3110, 2),
+            (Product::Tmcm3212, 2),
+            (Product::Tmcm6110, 5),
+        ];
         let ways = [("ROR", "ROL", "right", 1), ("ROL", "ROR", "left", -1)];
         products.into_iter().flat_map(move |(product, axis)| {
             ways.into_iter().map(move |(turn, back, switch, sign)| {

@@ -60,6 +60,11 @@ fn of_a_tmcm_1140() {
 }
 
 #[test]
+fn of_a_tmcm_1110() {
+    programs(Product::Tmcm1110, 10 * MINUTE);
+}
+
+#[test]
 fn of_a_tmcm_3110() {
     programs(Product::Tmcm3110, 10 * MINUTE);
 }

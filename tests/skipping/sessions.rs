@@ -97,6 +97,11 @@ fn of_a_tmcm_1140() {
 }
 
 #[test]
+fn of_a_tmcm_1110() {
+    sessions(Product::Tmcm1110, 100);
+}
+
+#[test]
 fn of_a_tmcm_3110() {
     sessions(Product::Tmcm3110, 100);
 }

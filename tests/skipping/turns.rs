@@ -25,6 +25,7 @@ fn events(bench: &mut Bench) -> usize {
 fn turns_in_which_nothing_happens_are_left_out() {
     for (product, speed, turning) in [
         (Product::Tmcm1140, 650, 3),
+        (Product::Tmcm1110, 650, 3),
         (Product::Tmcm3110, 650, 2),
         (Product::Tmcm3212, 20_000, 49),
         (Product::Tmcm6110, 650, 2),

@@ -19,6 +19,7 @@ fn script(product: Product) -> Script {
     let spec = product.spec();
     let last = spec.axes - 1;
     let highest = spec.axis.rows.iter().rfind(|p| p.row.stored()).map(|p| p.row.number);
+    let last_global = spec.global.rows.iter().rfind(|p| p.row.stored()).unwrap().row.number;
     let step = |lines: &[String], setting: String| (lines.to_vec(), setting);
     let axis = |number: u8, axis: u8, value: i32| {
         let lines = [format!("SAP {number}, {axis}, {value}"), format!("STAP {number}, {axis}")];
@@ -35,7 +36,7 @@ fn script(product: Product) -> Script {
     let first = |value: i32| if highest.is_some() { axis(4, 0, value) } else { coordinate(2, 0, value) };
     vec![
         first(1234),
-        highest.map_or_else(|| coordinate(19, last, 5), |highest| axis(highest, last, 5)),
+        highest.map_or_else(|| coordinate(19, last, 5), |highest| axis(highest, last, 1)),
         global(76, 9),
         variable(3, -3),
         variable(55, 77),
@@ -43,7 +44,7 @@ fn script(product: Product) -> Script {
         coordinate(20, last, -222),
         first(1235),
         first(1236),
-        global(87, 1),
+        global(last_global, 1),
     ]
 }
 

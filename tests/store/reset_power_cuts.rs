@@ -10,13 +10,20 @@ use tmcm_sim::{Product, VirtualModule};
 
 /// Time after which all is written and the module is up again, whatever it was told.
 const LATER: Nanos = 700 * MILLISECOND;
+/// Products with EEPROMs of the same size.
+const SISTERS: [(Product, Product); 4] = [
+    (Product::Tmcm6110, Product::Tmcm3110),
+    (Product::Tmcm3110, Product::Tmcm6110),
+    (Product::Tmcm1140, Product::Tmcm1110),
+    (Product::Tmcm1110, Product::Tmcm1140),
+];
 /// Command 137, which is not answered.
 const RESET: &str = "137, 0, 0, 1234";
 
 /// An EEPROM in which everything that a product stores has another value than its default.
 fn all_stored(product: Product) -> Vec<u8> {
-    /// Global parameters with which the module could not be asked as before.
-    const LINKS: [u8; 8] = [65, 66, 67, 68, 75, 81, 82, 87];
+    /// Global parameters with which the module could not be asked as before, or does not keep what is stored.
+    const LINKS: [u8; 10] = [64, 65, 66, 67, 68, 73, 75, 81, 82, 87];
     let mut bench = Bench::of(product);
     let spec = product.spec();
     let others = |(low, high): (i32, i32), default: i32| {
@@ -160,10 +167,33 @@ fn a_factory_reset_is_whole_or_has_not_begun() {
     }
 }
 
+/// Another magic number (64) than the default makes the next start put all settings back: also if the supply fails
+/// meanwhile, and once more.
+#[test]
+fn settings_that_a_start_puts_back_are_those_of_the_factory() {
+    let product = Product::Tmcm1110;
+    let mut bench = Bench::resumed_as(product, &all_stored(product), 1);
+    bench.ok("SGP 64, 0, 0");
+    let (eeprom, factory) = (bench.eeprom(), read_all(&mut Bench::of(product)));
+    let mut whole = 0;
+    let cuts = (0..60).map(|n| Cut::Byte(1 + 2 * n)).chain((0..40).map(|n| Cut::Time(n * MILLISECOND / 4)));
+    for (seed, cut) in (1..).zip(cuts) {
+        let left = cut.leaves(product, &eeprom, &[], seed);
+        assert_eq!(found(product, &left), factory, "{cut:?}");
+        let second = Cut::Byte(u64::from(seed) * 3).leaves(product, &left, &[], seed);
+        assert_eq!(found(product, &second), factory, "{cut:?}, and once more");
+        // Where the number has been put back as well, nothing is written any more.
+        let mut bench = Bench::resumed_as(product, &left, 1);
+        bench.run(LATER);
+        whole += u32::from(bench.eeprom() == left);
+    }
+    assert!((10..90).contains(&whole), "{whole} cuts came when all was written");
+}
+
 /// Two products with EEPROMs of the same size use one, the second after the first.
 #[test]
 fn a_sister_takes_an_eeprom_over_or_leaves_it() {
-    for (first, second) in [(Product::Tmcm6110, Product::Tmcm3110), (Product::Tmcm3110, Product::Tmcm6110)] {
+    for (first, second) in SISTERS {
         for eeprom in [all_stored(first), one_stored(first)] {
             let mut tally = Tally::of(first, &eeprom);
             for lines in [&["SAP 4, 0, 77", "STAP 4, 0"][..], &["SGP 76, 0, 9"], &[RESET]] {
@@ -191,7 +221,7 @@ fn a_sister_takes_an_eeprom_over_or_leaves_it() {
 /// What the second product has found there stays its own: it has the defaults, or what it has stored.
 #[test]
 fn who_takes_an_eeprom_over_finds_what_it_has_stored() {
-    for (first, second) in [(Product::Tmcm6110, Product::Tmcm3110), (Product::Tmcm3110, Product::Tmcm6110)] {
+    for (first, second) in SISTERS {
         let eeprom = all_stored(first);
         let names = settings(second);
         let stored = names.iter().position(|name| name == "GAP 4, 0").unwrap();

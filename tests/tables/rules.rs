@@ -11,6 +11,7 @@ use tmcm::motion::Axis;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::param::AxisParameter;
 use tmcm::product::TMCM_1140;
+use tmcm_sim::Product;
 
 /// Parameter 193: modes 1..8, those that turn right (+64, for 1..4) and with an inverted home switch
 /// (+128, for 5..8).
@@ -70,6 +71,23 @@ fn hysteresis_start_8() {
     bench.ok("STAP 166, 0");
     bench.power_cycle();
     assert_eq!(bench.ok("GAP 166, 0"), 8);
+}
+
+/// Parameters 164, 165, 167 and 179 of the TMCM-1110 are fields of its driver: HDEC, HEND and TOFF of CHOPCONF, and VSENSE
+/// of DRVCONF.
+#[test]
+fn chopper_of_a_tmcm_1110() {
+    let mut bench = Bench::of(Product::Tmcm1110);
+    let registers = |bench: &Bench| bench.module.board().borrow().tmc262(0).registers();
+    let fields = |bench: &Bench| {
+        let chopconf = registers(bench).chopconf;
+        (chopconf >> 11 & 3, chopconf >> 7 & 15, chopconf & 15, registers(bench).drvconf >> 6 & 1)
+    };
+    assert_eq!(fields(&bench), (0, 2, 5, 1));
+    for line in ["SAP 164, 0, 3", "SAP 165, 0, 15", "SAP 167, 0, 2", "SAP 179, 0, 0"] {
+        bench.ok(line);
+    }
+    assert_eq!(fields(&bench), (3, 15, 2, 0));
 }
 
 /// Parameter 5: every acceleration reads back as written, also where the chip gets another.

@@ -28,8 +28,8 @@ const MOST_MODULES: u8 = 127;
 pub struct Options {
     /// What the module is: {numbers}; or what each of several is, with commas between the names
     ///
-    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each, and the TMCM-3212, too, with
-    /// another kind of ramp generator; the TMCM-6110 has six. One name holds for all modules of --modules. Of several
+    /// The TMCM-1110 and the TMCM-1140 have one axis; the TMCM-3110 has three, with an ABN encoder each, and the
+    /// TMCM-3212, too, with another kind of ramp generator; the TMCM-6110 has six. One name holds for all modules of --modules. Of several
     /// names the first is that of module 1, and there are as many modules as names. `TMCM-6110` is the same as 6110.
     /// Without it the product is that of --image, or else 1140.
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product::named)]
@@ -124,7 +124,7 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// As many bytes as the chip has: 16384 in a TMCM-1140, 65536 in a TMCM-3212, 32768 in the others. Of several
+    /// As many bytes as the chip has: 16384 in a TMCM-1110 or TMCM-1140, 65536 in a TMCM-3212, 32768 in the others. Of several
     /// modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file;
     /// while that cannot be written, the module answers stores with status 5, and a CANopen node with abort code
     /// 06060000h. A file has one simulator at a time. Either firmware of a product, and another product with an EEPROM

@@ -307,7 +307,7 @@ fn settings_are_compared() {
 /// Manual section 3.7.24: coordinates 1 to 20 can be stored, number 0 is in RAM only.
 #[test]
 fn coordinates_of_all_axes_are_saved_and_standard_output_takes_them() {
-    for (product, axes) in [("1140", 1), ("3110", 3), ("3212", 3), ("6110", 6)] {
+    for (product, axes) in [("1140", 1), ("1110", 1), ("3110", 3), ("3212", 3), ("6110", 6)] {
         let (code, said, complaint) = say(&["sim", "--product", product, "save", "-"]);
         assert_eq!(code, Some(0), "{complaint}");
         let coordinates: Vec<&str> = said.lines().filter(|line| line.starts_with("SCO ")).collect();

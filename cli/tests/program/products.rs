@@ -123,7 +123,7 @@ fn a_module_that_does_not_tell_what_it_is_is_taken_for_a_1140() {
 
 #[test]
 fn names_that_are_not_known_are_answered_with_those_there_are() {
-    let expected = "'6111' is none of 1140, 3110, 3212, 6110; did you mean '6110'?";
+    let expected = "'6111' is none of 1140, 1110, 3110, 3212, 6110; did you mean '6110'?";
     for command in [
         &["send", "sim", "GAP 1, 0"][..],
         &["monitor", "sim"],

@@ -506,7 +506,7 @@ fn what_is_wrong_with_the_arguments_is_told_in_one_sentence() {
         (1, &["program.tmc", "--world", "world.toml", "--trace", "world.toml"], "--trace would replace the world"),
         (1, &["program.tmc", "--trace", "/dev/full"], "--trace: cannot write /dev/full"),
         (2, &["program.tmc", "--until", "forever"], "'forever' is no time"),
-        (2, &["program.tmc", "--product", "9999"], "'9999' is none of 1140, 3110, 3212, 6110"),
+        (2, &["program.tmc", "--product", "9999"], "'9999' is none of 1140, 1110, 3110, 3212, 6110"),
         (2, &["program.tmc", "--at", "1 s: presss left"], "unknown command 'presss'"),
     ] {
         let said = folder.complaint(code, arguments);

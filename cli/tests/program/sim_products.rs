@@ -13,12 +13,17 @@ const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
 const FAST: [&str; 2] = ["--speed", "20"];
 /// One module of each product.
-const MIXED: [&str; 2] = ["--product", "1140,3110,3212,6110"];
+const MIXED: [&str; 2] = ["--product", "1140,3110,3212,6110,1110"];
 /// What is special about the modules of these, module 1 first: number, axes, and bytes of the EEPROM.
-const PRODUCTS: [(i32, u8, u64); 4] =
-    [(0x0474_012A, 1, 16_384), (0x0C26_010E, 3, 32_768), (0x0C8C_0105, 3, 65_536), (0x17DE_012E, 6, 32_768)];
+const PRODUCTS: [(i32, u8, u64); 5] = [
+    (0x0474_012A, 1, 16_384),
+    (0x0C26_010E, 3, 32_768),
+    (0x0C8C_0105, 3, 65_536),
+    (0x17DE_012E, 6, 32_768),
+    (0x0456_0103, 1, 16_384),
+];
 /// The names of the EEPROM files of their modules.
-const FILES: [&str; 4] = ["module.bin", "module.bin.2", "module.bin.3", "module.bin.4"];
+const FILES: [&str; 5] = ["module.bin", "module.bin.2", "module.bin.3", "module.bin.4", "module.bin.5"];
 
 /// What a simulator prints that ends when it is ready.
 pub(super) fn said(arguments: &[&str]) -> String {
@@ -73,6 +78,7 @@ pub(super) fn of_axes(state: &serde_json::Value, field: &str) -> Vec<serde_json:
 fn a_product_has_a_name_with_or_without_its_prefix() {
     for (name, is) in [
         ("1140", "A virtual TMCM-1140 with firmware version 1.42. Ctrl-C ends it."),
+        ("1110", "A virtual TMCM-1110 with firmware version 1.03. Ctrl-C ends it."),
         ("TMCM-3110", "A virtual TMCM-3110 with firmware version 1.14. Ctrl-C ends it."),
         ("3212", "A virtual TMCM-3212 with firmware version 1.05. Ctrl-C ends it."),
         ("tmcm-6110", "A virtual TMCM-6110 with firmware version 1.46. Ctrl-C ends it."),
@@ -81,10 +87,14 @@ fn a_product_has_a_name_with_or_without_its_prefix() {
         assert_eq!(said(&[&["--product", name][..], &TCP].concat()).lines().next(), Some(is));
     }
     assert!(said(&TCP).starts_with("A virtual TMCM-1140 with firmware version 1.42. "), "that is the default");
-    refused(&["--product", "6111"], 2, &["'6111' is none of 1140, 3110, 3212, 6110; did you mean '6110'?"]);
-    refused(&["--product", "tmcm-3111"], 2, &["'tmcm-3111' is none of 1140, 3110, 3212, 6110; did you mean '3110'?"]);
-    refused(&["--product", "1140,servo"], 2, &["'servo' is none of 1140, 3110, 3212, 6110\n"]);
-    refused(&["--product", "1140,"], 2, &["'' is none of 1140, 3110, 3212, 6110\n"]);
+    refused(&["--product", "6111"], 2, &["'6111' is none of 1140, 1110, 3110, 3212, 6110; did you mean '6110'?"]);
+    refused(
+        &["--product", "tmcm-3111"],
+        2,
+        &["'tmcm-3111' is none of 1140, 1110, 3110, 3212, 6110; did you mean '3110'?"],
+    );
+    refused(&["--product", "1140,servo"], 2, &["'servo' is none of 1140, 1110, 3110, 3212, 6110\n"]);
+    refused(&["--product", "1140,"], 2, &["'' is none of 1140, 1110, 3110, 3212, 6110\n"]);
 }
 
 #[test]
@@ -111,7 +121,7 @@ fn one_name_is_that_of_all_modules_and_a_list_has_one_for_each() {
 /// numbers on both buses, and all of them end when the simulator does.
 #[test]
 fn there_may_be_127_modules() {
-    for (product, (version, ..)) in ["1140", "3110", "3212", "6110"].into_iter().zip(PRODUCTS) {
+    for (product, (version, ..)) in ["1140", "3110", "3212", "6110", "1110"].into_iter().zip(PRODUCTS) {
         let links = ["--rs485", "{}/bus", "--slcan-tcp", "127.0.0.1:0"];
         let sim = Sim::start(&[&["--product", product, "--modules", "127"][..], &links, &CONTROL].concat());
         let (mut bus, mut can) = (Bus::of(&sim), Master::new(&sim));
@@ -218,7 +228,8 @@ fn different_products_share_the_buses() {
     assert_eq!(error("module 2 press left 3"), "no axis 3: the TMCM-3110 has axes 0 to 2");
     assert_eq!(error("module 3 press left 3"), "no axis 3: the TMCM-3212 has axes 0 to 2");
     assert_eq!(error("module 4 press left 6"), "no axis 6: the TMCM-6110 has axes 0 to 5");
-    assert_eq!(error("module 5 state"), "no module 5: there are 4 modules");
+    assert_eq!(error("module 5 press left 1"), "no axis 1: the TMCM-1110 has one, axis 0");
+    assert_eq!(error("module 6 state"), "no module 6: there are 5 modules");
 }
 
 /// Module 2 has the address to which replies go, and hears what module 1 says. With six axes its requests look like
@@ -278,10 +289,10 @@ fn a_file_of_another_size_is_refused_by_its_name() {
         refused(&["--product", product, "--eeprom", &eeprom, "--tcp", "127.0.0.1:0"], 1, parts);
     };
     fs::write(&eeprom, vec![0xFF; 16_384]).unwrap();
-    let small =
-        " has 16384 bytes like that of a TMCM-1140, the EEPROM of a TMCM-6110 has 32768; the file is left alone. ";
-    start("6110", &[&format!("--eeprom: {eeprom}{small}"), "Give another name"]);
-    start("3110,1140", &[" has 16384 bytes like that of a TMCM-1140, the EEPROM of a TMCM-3110 has 32768; "]);
+    let small = " has 16384 bytes like that of a TMCM-1140 or TMCM-1110, the EEPROM of a TMCM-";
+    let left = "6110 has 32768; the file is left alone. ";
+    start("6110", &[&format!("--eeprom: {eeprom}{small}{left}"), "Give another name"]);
+    start("3110,1140", &[&format!("{small}3110 has 32768; ")]);
     fs::write(path("module.bin.2"), vec![0xFF; 32_768]).unwrap();
     let large = " has 32768 bytes like that of a TMCM-3110 or TMCM-6110, the EEPROM of a TMCM-1140 has 16384; ";
     start("1140,1140", &[&format!("--eeprom: {}{large}", path("module.bin.2"))]);

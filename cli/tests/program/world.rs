@@ -165,7 +165,7 @@ fn fields(prefix: &str, value: &Value, found: &mut BTreeSet<String>) {
 #[test]
 fn the_page_has_all_fields_of_a_state_and_no_others() {
     let (mut told, mut of_axes) = (BTreeSet::new(), BTreeSet::new());
-    for product in ["1140", "3110", "3212", "6110"] {
+    for product in ["1140", "1110", "3110", "3212", "6110"] {
         let state = Sim::start(&[&LINKS[..], &["--product", product]].concat()).control(&["state"]);
         fields("", &state, &mut told);
         state["axes"].as_array().unwrap().iter().for_each(|axis| fields("", axis, &mut of_axes));

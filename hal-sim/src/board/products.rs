@@ -19,6 +19,19 @@ pub static TMCM_1140: BoardKind = BoardKind {
     eeprom: AT25128,
 };
 
+/// The TMCM-1110: one axis on one TMC429, with pins for an ABN encoder. IN0 is the analog input; the stop switches and the
+/// home switch have pins of their own. Its full current is that without jumpers; its EEPROM is not published.
+pub static TMCM_1110: BoardKind = BoardKind {
+    name: "TMCM-1110",
+    inputs: &[Input::Analog, Input::Free, Input::Free, Input::Free],
+    outputs: 5,
+    pull_ups: 0,
+    full_current: 1_000,
+    magnetic_encoders: false,
+    abn: AbnPins::Own,
+    ..TMCM_1140
+};
+
 /// The TMCM-6110: six axes on two TMC429s, without encoders. Switches, also home switches, have pins of their own; IN0 and
 /// IN4 are the analog inputs. Its EEPROM is not published.
 pub static TMCM_6110: BoardKind = BoardKind {

@@ -134,7 +134,7 @@ fn errors_in_the_structure_name_their_line() {
         ("== T\nMST 0\nproduct: 6110", 3, "come before the steps"),
         ("== T\nproduct: 6110\nproduct: 1140\nMST 0", 3, "a second 'product:'"),
         ("== T\nfor a = 1\nfor a b:\n  1 2\nMST 0", 3, "a second table with the same name"),
-        ("== T\nfor a = 1110\nproduct: $a\nMST 0", 3, "'1110' is no product; there are: TMCM-1140, TMCM-3110"),
+        ("== T\nfor a = 1120\nproduct: $a\nMST 0", 3, "'1120' is no product; there are: TMCM-1140, TMCM-1110"),
         ("== T\nworld:\n  [stage]\n  lft = 5\nMST 0", 4, "unknown field"),
         ("== T\nworld: none.toml\nMST 0", 2, "world: none.toml: "),
         ("firmware: canopen\n== T\nload program.tmc", 3, "executes no TMCL programs"),

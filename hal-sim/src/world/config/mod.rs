@@ -154,7 +154,7 @@ pub(crate) fn torque(fraction: f64) -> u32 {
 mod tests {
     use super::*;
     use crate::board::kind::AbnPins;
-    use crate::board::products::{TMCM_3110, TMCM_3212, TMCM_6110};
+    use crate::board::products::{TMCM_1110, TMCM_3110, TMCM_3212, TMCM_6110};
 
     #[test]
     fn an_empty_file_is_the_default_world() {
@@ -169,7 +169,7 @@ mod tests {
     fn the_example_files_are_valid() {
         let files: [(&str, &[&BoardKind]); 2] = [
             ("gantry.toml", &[&TMCM_3110, &TMCM_3212, &TMCM_6110]),
-            ("stage.toml", &[&TMCM_1140, &TMCM_3110, &TMCM_3212, &TMCM_6110]),
+            ("stage.toml", &[&TMCM_1110, &TMCM_1140, &TMCM_3110, &TMCM_3212, &TMCM_6110]),
         ];
         let mut found: Vec<_> = std::fs::read_dir(WORLDS).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         found.sort();
