@@ -179,6 +179,8 @@ impl<F: Runs> Turn for Owner<F> {
         }
     }
 
+    /// Never inlined: most turns come by without it.
+    #[inline(never)]
     fn refill(&mut self) {
         self.around.can.refill();
         self.firmware.refill(&mut self.around);
