@@ -145,3 +145,192 @@ pub fn pass_on(firmware: &mut impl Firmware, around: &mut impl Surroundings, out
         around.restart();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::Frame;
+    use crate::canopen::{BusState, Filters};
+    use crate::module::{LinkMode, Origin, Request};
+    use crate::tmcl::Reply;
+    use std::vec::Vec;
+
+    /// A firmware with neither axes nor a store, as a loader is, which does nothing but have something to pass on.
+    #[derive(Default)]
+    struct Loader {
+        settings: LinkSettings,
+        restarts: bool,
+        stored: Vec<bool>,
+    }
+
+    impl Firmware for Loader {
+        type Inputs = ();
+
+        fn serve(&mut self, _: &mut impl Surroundings) -> bool {
+            false
+        }
+
+        fn poll(&mut self, _: Micros, (): &()) -> Option<Outputs> {
+            Some(Outputs { restart: self.restarts, ..Outputs::default() })
+        }
+
+        fn deliver(&mut self, around: &mut impl Surroundings) {
+            let replies = self.stored.len();
+            for _ in 0..replies {
+                around.answer(Source::Usb.into(), Some(&Reply::WRONG_CHECKSUM), None, &self.settings);
+            }
+            self.settings.pause = 1;
+        }
+
+        fn deadline(&self) -> Micros {
+            Micros(0)
+        }
+
+        fn takes_inputs(&self, _: Micros) -> bool {
+            false
+        }
+
+        fn next_job(&mut self) -> Option<Job> {
+            None
+        }
+
+        fn stored(&mut self, written: bool) {
+            self.stored.push(written);
+        }
+
+        fn usb_name(&self) -> &'static str {
+            "loader"
+        }
+
+        fn link_settings(&self) -> &LinkSettings {
+            &self.settings
+        }
+
+        fn baud_rate(&self) -> Option<u32> {
+            None
+        }
+
+        fn can_bit_rate(&self) -> Option<u32> {
+            None
+        }
+
+        fn awaits(&self, _: Source) -> bool {
+            false
+        }
+
+        fn is_restarting(&self) -> bool {
+            self.restarts
+        }
+    }
+
+    /// Notes what it is told, in order.
+    #[derive(Default)]
+    struct Notes {
+        told: Vec<&'static str>,
+        ended: Option<bool>,
+    }
+
+    impl LinkEnds for Notes {
+        fn now(&self) -> Micros {
+            Micros(0)
+        }
+
+        fn request(&mut self, _: Source, _: &LinkSettings) -> Option<Request> {
+            None
+        }
+
+        fn takes_event(&mut self, _: Source) -> bool {
+            true
+        }
+
+        fn answer(&mut self, _: Origin, _: Option<&Reply>, _: Option<LinkMode>, settings: &LinkSettings) {
+            self.told.push(if settings.pause == 0 { "reply" } else { "reply under new settings" });
+        }
+    }
+
+    impl Surroundings for Notes {
+        type Bus = NoBus;
+
+        fn bus(&mut self) -> Option<&mut NoBus> {
+            None
+        }
+
+        fn set(&mut self, _: &Outputs) {
+            self.told.push("outputs");
+        }
+
+        fn keep(&mut self, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
+            assert!(next().is_none());
+            self.told.push("page");
+            self.ended.take()
+        }
+
+        fn put_in_force(&mut self, settings: &LinkSettings) {
+            self.told.push(if settings.pause == 1 { "new settings" } else { "settings" });
+        }
+
+        fn restart(&mut self) {
+            self.told.push("restart");
+        }
+    }
+
+    /// A controller that nobody has.
+    enum NoBus {}
+
+    impl Bus for NoBus {
+        fn state(&self) -> BusState {
+            match *self {}
+        }
+
+        fn listen_to(&mut self, _: &Filters) {
+            match *self {}
+        }
+
+        fn read(&mut self) -> Option<Frame> {
+            match *self {}
+        }
+
+        fn has_overrun(&mut self) -> bool {
+            match *self {}
+        }
+
+        fn settle(&mut self) {
+            match *self {}
+        }
+
+        fn has_room(&self) -> bool {
+            match *self {}
+        }
+
+        fn is_empty(&self) -> bool {
+            match *self {}
+        }
+
+        fn write(&mut self, _: &Frame) {
+            match *self {}
+        }
+
+        fn clear(&mut self) {
+            match *self {}
+        }
+
+        fn wait(&mut self, _: bool) {
+            match *self {}
+        }
+    }
+
+    /// A page that is written has its reply at once, the reply goes under the old settings, and a restart is last.
+    #[test]
+    fn what_a_poll_has_led_to_is_passed_on_in_order() {
+        for (ended, restarts, order) in [
+            (None, false, ["outputs", "page", "new settings"].as_slice()),
+            (Some(true), true, &["outputs", "page", "reply", "new settings", "restart"]),
+        ] {
+            let (mut loader, mut notes) =
+                (Loader { restarts, ..Loader::default() }, Notes { ended, ..Notes::default() });
+            let outputs = loader.poll(Micros(0), &()).unwrap();
+            pass_on(&mut loader, &mut notes, &outputs);
+            assert_eq!((notes.told.as_slice(), loader.stored), (order, ended.into_iter().collect()));
+        }
+    }
+}
