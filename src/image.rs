@@ -1,10 +1,13 @@
 //! What makes a program of the library: the binary of an image has this and nothing else.
 
-/// The image of a firmware: its entry, its memory, and what it does after a panic. A computer gets a stand-in that says what
-/// is to be done instead.
+/// The image of a firmware: its entry, its memory, and what it does after a panic.
 ///
-/// The firmware is a type of `board` with a product, `build` the command that builds the image, and `simulate` the one that
-/// runs its core on a computer. The types are looked up for the microcontroller only, since a computer has no `board`.
+/// The firmware is a type of `board` with a product, and with user functions if there are any: `docs/own-firmware.md` tells
+/// how to write these, in a crate of one's own. The types are looked up for the microcontroller only, since a computer has no
+/// `board`.
+///
+/// With `build`, the command that builds the image, and `simulate`, the one that runs its core on a computer, the computer
+/// gets a stand-in that says what is to be done instead.
 ///
 /// ```
 /// tmcm::image! {
@@ -15,20 +18,23 @@
 /// ```
 #[macro_export]
 macro_rules! image {
-    (firmware: $firmware:ty, build: $build:literal, simulate: $simulate:literal $(,)?) => {
+    (firmware: $firmware:ty $(,)?) => {
         #[cfg(target_os = "none")]
-        mod image {
-            #[embassy_executor::main]
-            async fn main(spawner: embassy_executor::Spawner) {
+        const _: () = {
+            #[$crate::board::entry]
+            fn main() -> ! {
                 static ROOM: $crate::board::Room<$firmware> = $crate::board::Room::new();
-                $crate::board::run(&ROOM, spawner);
+                $crate::board::run(&ROOM)
             }
 
             #[panic_handler]
             fn panic(info: &core::panic::PanicInfo) -> ! {
                 $crate::board::panicked(info)
             }
-        }
+        };
+    };
+    (firmware: $firmware:ty, build: $build:literal, simulate: $simulate:literal $(,)?) => {
+        $crate::image! { firmware: $firmware }
 
         #[cfg(not(target_os = "none"))]
         fn main() -> std::process::ExitCode {

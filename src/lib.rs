@@ -15,6 +15,8 @@
 //!   (lines of text).
 //! * **Parameter** - a numbered setting or reading: axis parameters belong to an axis, global parameters to a bank of
 //!   the module. Setting one changes it until power-off; storing one puts it into its **slot** in the EEPROM.
+//! * **User function** - what an image makes of one of the commands UF0 to UF7: [`module::Hooks`] has it, and
+//!   [`module::Execute`] is what it can do.
 //! * **Axis** - a motor with all that moves it: ramp generator, driver, switches, encoders.
 //! * **Motion controller** - a chip with one or several ramp generators; a TMC429 has three.
 //! * **Ramp generator** - makes the step pulses of one motor, with speeds and positions that follow a ramp. Its **ramp

@@ -74,8 +74,13 @@ impl Image {
 /// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
 /// the host's compiler are left out. The error is what the compiler says, or the sentence of [`prepare`].
 pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, String> {
+    build_in(&workspace()?, directory, name, arguments)
+}
+
+/// The same with a program of the workspace in any folder.
+pub fn build_in(folder: &Path, directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, String> {
     prepare()?;
-    let output = cargo("rustc")?
+    let output = cargo(folder, "rustc")
         .args(["--color=never", "--target-dir"])
         .arg(directory)
         .args(arguments)
@@ -93,16 +98,17 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
 /// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it. The error is
 /// the sentence of [`workspace`].
 pub fn image_by(command: &str, image: &Image, arguments: &[String]) -> Result<Command, String> {
-    let mut cargo = cargo(command)?;
+    let mut cargo = cargo(&workspace()?, command);
     cargo.args(image.choice()).args(arguments);
     Ok(cargo)
 }
 
-fn cargo(command: &str) -> Result<Command, String> {
+/// A command of Cargo for what is in a folder.
+fn cargo(folder: &Path, command: &str) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(workspace()?);
+    cargo.current_dir(folder);
     cargo.args([command, "--release", "--target", TARGET]);
-    Ok(cargo)
+    cargo
 }
 
 /// The folder of the workspace in which the caller runs: that of the package for which Cargo has started this process,

@@ -32,4 +32,7 @@ mod runtime;
 
 pub use runtime::{Around, Canopen, Room, Runs, Tmcl, panicked, run};
 
+#[doc(hidden)]
+pub use cortex_m_rt::entry;
+
 use defmt_rtt as _;

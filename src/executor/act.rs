@@ -1,15 +1,15 @@
 //! From a command to what it does: one exhaustive match over the instruction table, in which those commands are refused
 //! that are for the executor's owner.
 
-use super::{Commands, Hooks, Outcome, Product, Spec};
+use super::{Commands, Outcome, Product, Spec};
 use crate::device::Board;
 use crate::param::{ALL_INTERRUPTS, Interrupt};
 use crate::tmcl::{ALL_AXES, Command, Opcode, Status};
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// Executes a command whose number and motor field are checked. Control commands - from
-    /// [`Command::FIRST_CONTROL`] on, as those of programs, downloads, events and restarts - are for the owner of the
-    /// executor: here they are refused with status 6. Inlined into the one function by which an owner has commands carried
+    /// [`Command::FIRST_CONTROL`] on, as those of programs, downloads, events and restarts - and user functions are for the
+    /// owner of the executor: here they are refused with status 6. Inlined into the one function by which an owner has commands carried
     /// out, so that no outcome is handed on once more.
     #[inline(always)]
     pub(crate) fn act(&mut self, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
@@ -56,17 +56,6 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
                 check_interrupt(Self::SPEC, kind, false)?;
                 self.machine.interrupts.set_vector(kind, Self::SPEC.address(value)?);
             }
-            Opcode::Uf0
-            | Opcode::Uf1
-            | Opcode::Uf2
-            | Opcode::Uf3
-            | Opcode::Uf4
-            | Opcode::Uf5
-            | Opcode::Uf6
-            | Opcode::Uf7 => {
-                let number = command.opcode.saturating_sub(Opcode::Uf0 as u8);
-                return self.executor.hooks.call(number, command).map(Outcome::Value);
-            }
             // Control commands.
             Opcode::StopApplication
             | Opcode::RunApplication
@@ -82,6 +71,15 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
             | Opcode::EnterAscii
             | Opcode::EnterBootloader
             | Opcode::SoftwareReset => return Err(Status::NotAvailable),
+            // User functions.
+            Opcode::Uf0
+            | Opcode::Uf1
+            | Opcode::Uf2
+            | Opcode::Uf3
+            | Opcode::Uf4
+            | Opcode::Uf5
+            | Opcode::Uf6
+            | Opcode::Uf7 => return Err(Status::NotAvailable),
             // These are executed by the interpreter alone.
             Opcode::Comp
             | Opcode::Jc

@@ -1,7 +1,7 @@
 //! Commands to an axis: motion and axis parameters (manual sections 3.7.1 to 3.7.8, 3.7.24 to 3.7.27).
 
 use super::commands::slots;
-use super::{Commands, Hooks, Outcome, Product};
+use super::{Commands, Outcome, Product};
 use crate::device::Board;
 use crate::motion::{self, Axis, Hardware, RampMode, Shape};
 use crate::param::{AxisParameter, Parameter};
@@ -17,7 +17,7 @@ impl From<motion::Error> for Status {
     }
 }
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// Rotates an axis and those of its group: ROR with a positive speed, ROL with a negative one, MST with zero; in
     /// the unit and the range of the parameter "target speed". `echo` is the value of the reply.
     pub(super) fn rotate(&mut self, axis: u8, speed: i32, echo: i32) -> Result<Outcome, Status> {

@@ -1,7 +1,7 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
 use super::commands::slots;
-use super::{Commands, Hooks, Outcome, Product};
+use super::{Commands, Outcome, Product};
 use crate::device::Board;
 use crate::param::{GlobalParameter as G, Interrupt, Parameter, Row, STORED_USER_VARIABLES, Storage};
 use crate::tmcl::Status;
@@ -30,7 +30,7 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
     }
 }
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// GGP.
     pub(crate) fn get_global(&mut self, number: u8, bank: u8) -> Result<i32, Status> {
         Ok(match find::<T::Product>(number, bank)? {

@@ -1,6 +1,6 @@
 //! The executor at work: all that a command can reach. What the commands do stands by subject in files of their own.
 
-use super::{Executor, Hooks, Product, Slots, Spec};
+use super::{Executor, Product, Slots, Spec};
 use crate::device::{Board, Device};
 use crate::motion::Joined;
 use crate::param::GlobalParameter as G;
@@ -9,17 +9,17 @@ use crate::units::Micros;
 use crate::vm::Machine;
 
 /// An executor together with the device and the interpreter that its commands act on.
-pub(crate) struct Commands<'a, T: Board, H: Hooks, const AXES: usize> {
+pub(crate) struct Commands<'a, T: Board, const AXES: usize> {
     /// The time.
     pub(super) now: Micros,
     /// Whoever owns the executor forbids that a motor is started.
     pub(super) barred: bool,
-    pub(super) executor: &'a mut Executor<H, AXES>,
+    pub(super) executor: &'a mut Executor<AXES>,
     pub(super) machine: &'a mut Machine,
     pub(super) device: &'a mut Device<T, AXES>,
 }
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// The specification of the product.
     pub(super) const SPEC: &'static Spec = T::Product::SPEC;
 

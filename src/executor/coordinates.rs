@@ -1,7 +1,7 @@
 //! Coordinates: positions that have a number, for MVP COORD (manual sections 3.7.24 to 3.7.27).
 
 use super::commands::slots;
-use super::{Commands, Hooks, Outcome, Product, Undo};
+use super::{Commands, Outcome, Product, Undo};
 use crate::device::Board;
 use crate::param::{COORDINATES, GlobalParameter as G};
 use crate::store::Need;
@@ -47,7 +47,7 @@ impl<const AXES: usize> Coordinates<AXES> {
     }
 }
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// SCO, CCO and ACO: sets a coordinate of one axis, in RAM, and in the EEPROM where parameter 84 says so. Never inlined:
     /// other commands would save what this one needs.
     #[inline(never)]

@@ -1,7 +1,7 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
 use super::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS, Signal};
-use super::{CONVERTER_BITS, Commands, Hooks, Outcome, Product, Spec};
+use super::{CONVERTER_BITS, Commands, Outcome, Product, Spec};
 use crate::device::Board;
 use crate::tmcl::Status;
 
@@ -15,7 +15,7 @@ const LOGIC_SUPPLY: i32 = 3102;
 /// The highest reading of the converter.
 const HIGHEST: i32 = (1 << CONVERTER_BITS) - 1;
 
-impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// SIO: sets an output, all outputs, or the pull-up resistors of the inputs.
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
         let all = bits(Self::SPEC.outputs);

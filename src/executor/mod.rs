@@ -11,7 +11,6 @@
 //! | `globals` | the settings of bank 0 |
 //! | `outcome` | what a command led to |
 //! | `solo` | an executor for an owner who knows nothing of TMCL |
-//! | `hooks` | additions of an image or a tool |
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -22,7 +21,6 @@ mod banks;
 mod commands;
 mod coordinates;
 mod globals;
-mod hooks;
 mod io;
 mod outcome;
 pub mod ports;
@@ -30,7 +28,6 @@ mod slots;
 mod solo;
 pub mod spec;
 
-pub use hooks::{Executed, Hooks};
 pub use slots::Slots;
 pub use spec::*;
 
@@ -50,15 +47,13 @@ use crate::vm::Machine;
 /// What the commands of TMCL set and read beside a device and an interpreter: global parameters, user variables,
 /// coordinates. With these two it is [at work](Executor::on).
 #[derive(Debug)]
-pub(crate) struct Executor<H: Hooks, const AXES: usize> {
+pub(crate) struct Executor<const AXES: usize> {
     /// The settings of bank 0.
     pub(crate) globals: Globals,
     /// The user variables, bank 2.
     pub(crate) variables: [i32; USER_VARIABLES],
     /// The coordinates of each axis.
     pub(crate) coordinates: Coordinates<AXES>,
-    /// User functions, and an observer of the program.
-    pub(crate) hooks: H,
     /// The state of the random numbers.
     random: u32,
     /// The time, in milliseconds wrapping at 32 bits, from which the tick timer counts; a write to the timer may put it
@@ -66,15 +61,14 @@ pub(crate) struct Executor<H: Hooks, const AXES: usize> {
     tick_offset: u32,
 }
 
-impl<H: Hooks, const AXES: usize> Executor<H, AXES> {
+impl<const AXES: usize> Executor<AXES> {
     /// An executor of a product, with the defaults of its parameters. `seed` starts the random numbers.
     #[inline(always)]
-    pub(crate) fn new<P: Product>(hooks: H, seed: u32) -> Self {
+    pub(crate) fn new<P: Product>(seed: u32) -> Self {
         Executor {
             globals: Globals::defaults::<P>(),
             variables: [0; USER_VARIABLES],
             coordinates: Coordinates::default(),
-            hooks,
             random: seed,
             tick_offset: 0,
         }
@@ -89,7 +83,7 @@ impl<H: Hooks, const AXES: usize> Executor<H, AXES> {
         barred: bool,
         machine: &'a mut Machine,
         device: &'a mut Device<T, AXES>,
-    ) -> Commands<'a, T, H, AXES> {
+    ) -> Commands<'a, T, AXES> {
         Commands { now, barred, executor: self, machine, device }
     }
 

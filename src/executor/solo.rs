@@ -14,7 +14,7 @@ pub(crate) const LENGTH: usize = Command::SIZE;
 
 /// An executor with the registers that its commands use.
 pub(crate) struct Solo {
-    executor: Executor<(), 1>,
+    executor: Executor<1>,
     /// It has no program memory.
     machine: Machine,
 }
@@ -32,7 +32,7 @@ impl Solo {
     #[inline(always)]
     pub(crate) fn new<P: Product>() -> Self {
         const { assert!(P::SPEC.slots.is_none() && P::SPEC.commands == 0, "nobody would store settings or a program") };
-        Solo { executor: Executor::new::<P>((), 0), machine: Machine::new(0) }
+        Solo { executor: Executor::new::<P>(0), machine: Machine::new(0) }
     }
 
     /// Begins at `now` with a device that its owner has started, whose motor stands, and whose signals are inverted so.

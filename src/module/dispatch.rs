@@ -4,6 +4,7 @@
 use core::task::Poll;
 
 use super::control::Control;
+use super::perform::Performer;
 use super::waiting::{Waiter, WaitingCommand};
 use super::{Answer, Module, Origin, Platform, Product, Source, factory_reset};
 use crate::executor::{Commands, Outcome, SETTINGS, admit, confirm};
@@ -67,18 +68,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         admit::<T::Product, AXES>(command).map(Some)
     }
 
-    /// Has the executor carry out a command of a link or of the program, whose number and motor field are checked, and tells
-    /// the links and the host of command 138 what concerns them.
+    /// Carries out a command of a link or of the program, whose number and motor field are checked: a user function, or what
+    /// the executor does.
     pub(super) fn perform(&mut self, now: Micros, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
-        let outcome = self.commands(now).act(opcode, command);
-        if matches!(opcode, Opcode::Sgp | Opcode::Agp) && outcome.is_ok() {
-            self.links.follow::<T::Product>(now, command.kind, command.motor);
+        let Module { machine, device, executor, links, arrivals, hooks, .. } = self;
+        let mut performer = Performer { now, machine, device, executor, links, arrivals };
+        match opcode.user_function() {
+            Some(number) => performer.call(hooks, number, command),
+            None => performer.perform(opcode, command),
         }
-        if let Ok(Outcome::Moved { ended, begun, .. }) = outcome {
-            self.arrivals.disarm(ended);
-            self.arrivals.arm(begun);
-        }
-        outcome
     }
 
     /// Carries out a control command of a link. Programs have none.
@@ -162,17 +160,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// The commands of the executor that only read.
     #[inline(always)]
-    pub(super) fn readings(&mut self, now: Micros) -> Commands<'_, T, T::Hooks, AXES> {
+    pub(super) fn readings(&mut self, now: Micros) -> Commands<'_, T, AXES> {
         let Module { machine, device, executor, .. } = self;
         executor.on(now, true, machine, device)
-    }
-
-    /// The commands of the executor. While a host is silent that should be heard, they start no motor.
-    #[inline(always)]
-    pub(super) fn commands(&mut self, now: Micros) -> Commands<'_, T, T::Hooks, AXES> {
-        let Module { machine, device, executor, links, .. } = self;
-        let barred = links.heartbeat_missed(now, &executor.globals);
-        executor.on(now, barred, machine, device)
     }
 
     /// The commands that control the program.

@@ -8,8 +8,8 @@
 //! A module is made of values that know nothing of each other, each in a file of its own: the program and its
 //! downloads (`program`, and `control` for the commands), the links (`links`, `link_settings`, `overheard`,
 //! `supervision`), the commands that wait for the EEPROM (`waiting`) and the host that waits for arrivals (`arrival`). Its
-//! methods only put these together: `desk` and `link` bring a request, `dispatch` has it carried out, `turn` is the
-//! turn of each millisecond, and `run` a slice of the program.
+//! methods only put these together: `desk` and `link` bring a request, `dispatch` has it carried out, `perform` by the
+//! executor and by the additions of `hooks`, `turn` is the turn of each millisecond, and `run` a slice of the program.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -17,11 +17,13 @@ mod arrival;
 mod control;
 mod desk;
 mod dispatch;
+mod hooks;
 mod link;
 mod link_settings;
 mod links;
 mod origin;
 mod overheard;
+mod perform;
 mod port;
 mod program;
 mod run;
@@ -29,8 +31,9 @@ mod supervision;
 mod turn;
 mod waiting;
 
-pub use crate::executor::{Executed, Hooks, Slots, ports, spec, spec::*};
+pub use crate::executor::{Slots, ports, spec, spec::*};
 pub use desk::{LinkEnds, deliver, serve};
+pub use hooks::{Execute, Executed, Hooks};
 pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};
 pub use port::{Message, Port, Request};
@@ -70,13 +73,15 @@ pub struct Module<T: Platform, const AXES: usize> {
     /// Something has happened since the last poll that returned outputs, so the next one returns them.
     changed: bool,
     device: Device<T, AXES>,
-    executor: Executor<T::Hooks, AXES>,
+    executor: Executor<AXES>,
     links: Links,
     /// Commands whose values are not safe in the EEPROM yet, and replies that are due.
     waiting: Waiting,
     arrivals: Arrivals,
     /// The time at which the status LED changes next.
     blinks: Micros,
+    /// User functions, and an observer of the program.
+    hooks: T::Hooks,
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -92,10 +97,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             program: Program::default(),
             changed: false,
             links: Links::new(),
-            executor: Executor::new::<T::Product>(hooks, seed),
+            executor: Executor::new::<T::Product>(seed),
             waiting: Waiting::default(),
             arrivals: Arrivals::default(),
             blinks: Micros(0),
+            hooks,
         }
     }
 
@@ -192,7 +198,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// The additions to the module.
     pub const fn hooks(&mut self) -> &mut T::Hooks {
-        &mut self.executor.hooks
+        &mut self.hooks
     }
 
     /// The axes, to look at.

@@ -60,7 +60,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             let handler = self.machine.handles();
             let refused = self.run_command(now, turn, instruction, command).err();
             let executed = Executed { at: now, address: counter, command, handler, refused };
-            self.executor.hooks.executed(&executed, &self.machine.registers, self.machine.errors);
+            self.hooks.executed(&executed, &self.machine.registers, self.machine.errors);
         }
     }
 
@@ -75,8 +75,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// the processor are to be the interpreter's alone.
     #[inline(never)]
     fn burst(&mut self, now: Micros, slice: u32) -> u32 {
-        let Module { machine, device, executor, program: Program { fuel, .. }, .. } = self;
-        let Executor { variables, hooks, .. } = executor;
+        let Module { machine, device, executor, hooks, program: Program { fuel, .. }, .. } = self;
+        let Executor { variables, .. } = executor;
         let (commands, _) = device.store().program().as_chunks();
         let most = if T::Hooks::BURSTS { slice.min(*fuel) } else { 1 };
         let (handler, errors) = (machine.handles(), machine.errors);

@@ -154,14 +154,14 @@ instructions! {
     37 Vect "VECT" [Kind, Value] Other 1 1 0 0,
     38 Reti "RETI" [] Other 0 1 0 0,
     39 Aco "ACO" [Kind, AXIS] Axis 1 1 0 0,
-    64 Uf0 "UF0" [Kind, AXIS, Value] Other 1 1 1 0,
-    65 Uf1 "UF1" [Kind, AXIS, Value] Other 1 1 1 0,
-    66 Uf2 "UF2" [Kind, AXIS, Value] Other 1 1 1 0,
-    67 Uf3 "UF3" [Kind, AXIS, Value] Other 1 1 1 0,
-    68 Uf4 "UF4" [Kind, AXIS, Value] Other 1 1 1 0,
-    69 Uf5 "UF5" [Kind, AXIS, Value] Other 1 1 1 0,
-    70 Uf6 "UF6" [Kind, AXIS, Value] Other 1 1 1 0,
-    71 Uf7 "UF7" [Kind, AXIS, Value] Other 1 1 1 0,
+    64 Uf0 "UF0" [Kind, AXIS, Value] Other 1 1 1 1,
+    65 Uf1 "UF1" [Kind, AXIS, Value] Other 1 1 1 1,
+    66 Uf2 "UF2" [Kind, AXIS, Value] Other 1 1 1 1,
+    67 Uf3 "UF3" [Kind, AXIS, Value] Other 1 1 1 1,
+    68 Uf4 "UF4" [Kind, AXIS, Value] Other 1 1 1 1,
+    69 Uf5 "UF5" [Kind, AXIS, Value] Other 1 1 1 1,
+    70 Uf6 "UF6" [Kind, AXIS, Value] Other 1 1 1 1,
+    71 Uf7 "UF7" [Kind, AXIS, Value] Other 1 1 1 1,
     128 StopApplication "" [] Other 1 0 0 0,
     129 RunApplication "" [] Other 1 0 0 0,
     130 StepApplication "" [] Other 1 0 0 0,
@@ -176,6 +176,15 @@ instructions! {
     139 EnterAscii "" [] Other 1 0 0 0,
     242 EnterBootloader "" [] Other 1 0 0 0,
     255 SoftwareReset "" [] Other 1 0 0 0,
+}
+
+impl Opcode {
+    /// Number of the user function, 0 to 7, that the command calls, if it calls one.
+    pub(crate) const fn user_function(self) -> Option<u8> {
+        let (first, last) = (Opcode::Uf0 as u8, Opcode::Uf7 as u8);
+        let number = (self as u8).wrapping_sub(first);
+        if number <= last.wrapping_sub(first) { Some(number) } else { None }
+    }
 }
 
 impl Instruction {
@@ -200,10 +209,9 @@ impl Instruction {
     /// Number of operands that must be written. A motor at the end may be left out; a user function needs none, because
     /// the meaning of its operands is the user's.
     pub fn required(&self) -> usize {
-        let user = (Opcode::Uf0 as u8..=Opcode::Uf7 as u8).contains(&(self.opcode as u8));
         match self.operands() {
             [others @ .., Field::Motor] => others.len(),
-            _ if user => 0,
+            _ if self.opcode.user_function().is_some() => 0,
             all => all.len(),
         }
     }

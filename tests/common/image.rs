@@ -3,7 +3,7 @@
 #![allow(dead_code, clippy::panic)]
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 pub(crate) use fw::Built;
@@ -44,6 +44,11 @@ pub(crate) fn try_built(name: &str) -> Result<Built, String> {
 /// Builds another program for the microcontroller with these arguments of cargo; the error is a message.
 pub(crate) fn build(name: &str, arguments: &[&str]) -> Result<Built, String> {
     fw::build(&directory(), name, arguments)
+}
+
+/// Builds a program whose workspace is another folder; the error is a message.
+pub(crate) fn build_in(folder: &Path, name: &str) -> Result<Built, String> {
+    fw::build_in(folder, &directory(), name, &[])
 }
 
 fn directory() -> PathBuf {

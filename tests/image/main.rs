@@ -16,6 +16,7 @@ mod node;
 mod node_faults;
 mod node_number;
 mod node_soak;
+mod own_firmware;
 mod panic_free;
 mod pins;
 mod replies;

@@ -1,14 +1,9 @@
 //! Every command of direct mode: what it does, and the status and value it is answered with.
 
 use crate::common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE};
-use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::SECOND;
-use hal_sim::world::config::WorldConfig;
-use std::task::Poll;
-use tmcm::module::{Hooks, Module, Source};
-use tmcm::tmcl::{Command, Reply, Status, binary, text};
-use tmcm::units::Micros;
-use tmcm_sim::native::{Simulated, parts};
+use tmcm::module::Source;
+use tmcm::tmcl::{Command, binary};
 
 /// Command numbers that mean something, from the manual.
 const KNOWN: [(u8, u8); 6] = [(1, 15), (19, 28), (30, 39), (64, 71), (128, 139), (255, 255)];
@@ -307,43 +302,5 @@ fn firmware_version_in_both_forms() {
     assert_eq!(exchange(1, 4), [4, 1, 100, 136, 0x04, 0x74, 0x01, 0x2A, 0x94]);
     for kind in 2..=u8::MAX {
         bench.refused(&format!("136, {kind}"), WRONG_TYPE);
-    }
-}
-
-// ---- an image with user functions of its own
-
-/// UF0 adds, UF1 refuses, UF2 remembers; the others are as they were.
-#[derive(Default)]
-struct Functions {
-    memory: i32,
-}
-
-impl Hooks for Functions {
-    fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
-        match number {
-            0 => Ok(command.value + i32::from(command.kind) + i32::from(command.motor)),
-            1 => Err(Status::InvalidValue),
-            2 => Ok(std::mem::replace(&mut self.memory, command.value)),
-            _ => ().call(number, command),
-        }
-    }
-}
-
-#[test]
-fn user_functions_of_an_image() {
-    let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut module = Module::<Simulated<Functions>, 1>::new(parts(&board), Functions::default(), 1);
-    module.start(Micros(0), |_| {});
-    for (line, status, value) in [
-        ("UF0 200, 100, 1000", Status::Ok, 1300),
-        ("UF1 0, 0, 5", Status::InvalidValue, 5),
-        ("UF2 0, 0, 7", Status::Ok, 0),
-        ("UF2 0, 0, 8", Status::Ok, 7),
-        ("UF3 0, 0, 9", Status::NotAvailable, 9),
-        ("UF7 0, 0, -9", Status::NotAvailable, -9),
-    ] {
-        let command = text::parse(line).unwrap();
-        let reply = Reply::Plain { status, opcode: command.opcode, value };
-        assert_eq!(module.execute(Micros(0), Source::Usb, command), Poll::Ready(Some(reply)), "{line}");
     }
 }

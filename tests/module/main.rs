@@ -15,3 +15,4 @@ mod inputs_outputs;
 mod restart;
 mod rs485;
 mod telegrams;
+mod user_functions;

@@ -11,7 +11,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use crate::board::stm32f4::analog;
 use crate::board::stm32f4::eeprom::Eeprom;
 use crate::device::{self, Controllers, Parts};
-use crate::module::{Platform, Product};
+use crate::module::{Hooks, Platform, Product};
 use crate::motion::Hardware;
 use crate::store::{Memory, Store};
 
@@ -38,16 +38,17 @@ pub trait Motors<const AXES: usize> {
     type Controllers: Controllers<Self::Hardware> + 'static;
 
     /// The parts of a device.
-    fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P, Self, AXES>, AXES>
+    fn parts<P: Memory, H: Hooks>(self, store: &'static mut Store<P>) -> Parts<Chips<P, H, Self, AXES>, AXES>
     where
         Self: Sized;
 }
 
-/// The types of a board with `AXES` axes, which the motors `M` move, and with an EEPROM that is divided as `P` says.
+/// The types of a board with `AXES` axes, which the motors `M` move, with an EEPROM that is divided as `P` says, and of a
+/// firmware with additions `H`.
 #[derive(Debug)]
-pub struct Chips<P, M, const AXES: usize>(PhantomData<(P, M)>);
+pub struct Chips<P, H, M, const AXES: usize>(PhantomData<(P, H, M)>);
 
-impl<P: Memory + 'static, M: Motors<AXES>, const AXES: usize> device::Board for Chips<P, M, AXES> {
+impl<P: Memory + 'static, H: Hooks, M: Motors<AXES>, const AXES: usize> device::Board for Chips<P, H, M, AXES> {
     type Product = P;
     type Hardware = M::Hardware;
     type Controllers = M::Controllers;
@@ -55,6 +56,6 @@ impl<P: Memory + 'static, M: Motors<AXES>, const AXES: usize> device::Board for 
     type Store = &'static mut Store<P>;
 }
 
-impl<P: Product + 'static, M: Motors<AXES>, const AXES: usize> Platform for Chips<P, M, AXES> {
-    type Hooks = ();
+impl<P: Product + 'static, H: Hooks, M: Motors<AXES>, const AXES: usize> Platform for Chips<P, H, M, AXES> {
+    type Hooks = H;
 }

@@ -9,6 +9,7 @@ use crate::board::stm32f4::motion_bus::{Chip, MotionBus, Pace};
 use crate::board::stm32f4::pins;
 use crate::chip::tmc429::Tmc429;
 use crate::device::{Controller, Parts};
+use crate::module::Hooks;
 use crate::motion::tmc429::Tmc429Tmc262;
 use crate::store::{Memory, Store};
 
@@ -45,7 +46,7 @@ impl<const AXES: usize, const N: usize> Motors<AXES> for StepMotors<AXES, N> {
     type Hardware = Tmc429Tmc262<Chip, Chip>;
     type Controllers = [Controller<Self::Hardware>; N];
 
-    fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P, Self, AXES>, AXES> {
+    fn parts<P: Memory, H: Hooks>(self, store: &'static mut Store<P>) -> Parts<Chips<P, H, Self, AXES>, AXES> {
         let StepMotors { tmc429, tmc262, enable } = self;
         let controllers = tmc429.map(|chip| Controller::new(Tmc429::new(chip)));
         Parts { controllers, axes: Tmc429Tmc262::axes(tmc262), enable, store }

@@ -9,6 +9,7 @@ use crate::board::stm32f4::motion_bus::{Chip, MotionBus, Pace};
 use crate::board::stm32f4::pins;
 use crate::chip::tmc5160::Tmc5160;
 use crate::device::{Controller, Parts};
+use crate::module::Hooks;
 use crate::motion::tmc5160::Tmc5160Axis;
 use crate::store::{Memory, Store};
 
@@ -34,7 +35,7 @@ impl<const AXES: usize> Motors<AXES> for ChipMotors<AXES> {
     type Hardware = Tmc5160Axis<Chip>;
     type Controllers = [Controller<Self::Hardware>; AXES];
 
-    fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P, Self, AXES>, AXES> {
+    fn parts<P: Memory, H: Hooks>(self, store: &'static mut Store<P>) -> Parts<Chips<P, H, Self, AXES>, AXES> {
         let ChipMotors { tmc5160, enable } = self;
         let controllers = tmc5160.map(|chip| Controller::new(Tmc5160::new(chip)));
         Parts { controllers, axes: Tmc5160Axis::axes(), enable, store }

@@ -78,8 +78,8 @@ unsafe fn EXTI9_5() {
 
 /// All parts of the board, ready for use; the motor drivers are off.
 pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
-/// The chips of this board, with an EEPROM that is divided as `P` says.
-pub(crate) type Chips<P> = parts::Chips<P, Motors, AXES>;
+/// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
+pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motor.
 pub(crate) type Motors = StepMotors<AXES, 1>;
 /// One axis, four inputs, two outputs, one group of pull-up resistors.

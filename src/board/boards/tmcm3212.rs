@@ -58,8 +58,8 @@ const SUPPLY: u32 = 627;
 
 /// All parts of the board, ready for use; the motor drivers are off.
 pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
-/// The chips of this board, with an EEPROM that is divided as `P` says.
-pub(crate) type Chips<P> = parts::Chips<P, Motors, AXES>;
+/// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
+pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motors.
 pub(crate) type Motors = ChipMotors<AXES>;
 /// Three axes, four inputs, four outputs, no pull-up resistors.

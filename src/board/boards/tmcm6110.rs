@@ -61,8 +61,8 @@ const SUPPLY: u32 = 363;
 
 /// All parts of the board, ready for use; the motor drivers are off.
 pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
-/// The chips of this board, with an EEPROM that is divided as `P` says.
-pub(crate) type Chips<P> = parts::Chips<P, Motors, AXES>;
+/// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
+pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motors.
 pub(crate) type Motors = StepMotors<AXES, 2>;
 /// Six axes, eight inputs, eight outputs, two groups of pull-up resistors.

@@ -24,7 +24,7 @@ pub use tasks::run;
 use crate::canopen::Node;
 use crate::module::Module;
 
-/// The firmware that speaks TMCL, for the product `P` on this board.
-pub type Tmcl<P> = Module<chosen::Chips<P>, { chosen::AXES }>;
+/// The firmware that speaks TMCL, for the product `P` on this board, with additions `H`: user functions of an image.
+pub type Tmcl<P, H = ()> = Module<chosen::Chips<P, H>, { chosen::AXES }>;
 /// The node of CANopen, for the product `P` on this board.
-pub type Canopen<P> = Node<chosen::Chips<P>>;
+pub type Canopen<P> = Node<chosen::Chips<P, ()>>;

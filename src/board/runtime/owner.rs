@@ -22,7 +22,7 @@ use crate::board::stm32f4::kept::Kept;
 use crate::board::stm32f4::{can, wake, watchdog};
 use crate::device::{self, Outputs};
 use crate::firmware::pass_on;
-use crate::module::Source;
+use crate::module::{Hooks, Source};
 use crate::store::{Memory, Store};
 use crate::units::Micros;
 
@@ -68,10 +68,16 @@ pub(super) struct Owner<F: Runs> {
 /// Builds a firmware in its static memory; `seed` starts its random numbers. Never inlined: what it takes of the stack
 /// is free again before anything else starts.
 #[inline(never)]
-pub(super) fn build<F, P>(room: &'static Room<F>, motors: Motors, signals: Signals, seed: u32) -> &'static mut Owner<F>
+pub(super) fn build<F, P, H>(
+    room: &'static Room<F>,
+    motors: Motors,
+    signals: Signals,
+    seed: u32,
+) -> &'static mut Owner<F>
 where
-    F: Runs<Board = Chips<P>>,
+    F: Runs<Board = Chips<P, H>>,
     P: Memory + 'static,
+    H: Hooks,
 {
     let store = room.store.take();
     room.owner.init_with(|| {

@@ -3,7 +3,7 @@
 
 use core::arch::global_asm;
 
-use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::Driver;
 
@@ -17,6 +17,7 @@ use crate::board::stm32f4::can_link::CanLink;
 use crate::board::stm32f4::clocks::now;
 use crate::board::stm32f4::eeprom::Eeprom;
 use crate::board::stm32f4::{analog, can, usb, watchdog};
+use crate::module::Hooks;
 use crate::store::Memory;
 
 // `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
@@ -25,16 +26,31 @@ use crate::store::Memory;
 // be defined in assembler only.
 global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
 
+/// Runs a firmware in its `room`, for ever: all that an image does.
+#[inline(always)]
+pub fn run<F, P, H>(room: &'static Room<F>) -> !
+where
+    F: Runs<Board = Chips<P, H>>,
+    P: Memory + 'static,
+    H: Hooks,
+{
+    let mut executor = Executor::new();
+    // SAFETY: this function does not return, so the executor stays where it is.
+    let executor = unsafe { core::mem::transmute::<&mut Executor, &'static mut Executor>(&mut executor) };
+    executor.run(|spawner| start(room, spawner))
+}
+
 /// Sets up the board, and starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come
 /// the links.
 /// `spawner` is that of thread mode.
 ///
 /// Each step is a function of its own that is not inlined: what it takes of the stack is free again for the next one.
 #[inline(always)]
-pub fn run<F, P>(room: &'static Room<F>, spawner: Spawner)
+fn start<F, P, H>(room: &'static Room<F>, spawner: Spawner)
 where
-    F: Runs<Board = Chips<P>>,
+    F: Runs<Board = Chips<P, H>>,
     P: Memory + 'static,
+    H: Hooks,
 {
     // LED2 is on until the set-up has succeeded: it stays on if the crystal does not start.
     show_trouble(true);
@@ -62,10 +78,11 @@ fn start_sensors(inputs: analog::Inputs, spawner: Spawner) {
 
 /// Reads what is stored, and starts the task that will write it.
 #[inline(never)]
-fn start_store<F, P>(firmware: &mut F, eeprom: Eeprom, factory_reset: bool, spawner: Spawner)
+fn start_store<F, P, H>(firmware: &mut F, eeprom: Eeprom, factory_reset: bool, spawner: Spawner)
 where
-    F: Runs<Board = Chips<P>>,
+    F: Runs<Board = Chips<P, H>>,
     P: Memory + 'static,
+    H: Hooks,
 {
     firmware.remember(owner::kept());
     let mut keeper = keeper::new(eeprom);

@@ -12,7 +12,7 @@ use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::device::{Board, Controller, Controllers, Outputs, Parts};
 use tmcm::firmware::Surroundings;
-use tmcm::module::{Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
+use tmcm::module::{Execute, Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
 use tmcm::motion::Foreseeable;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
@@ -128,8 +128,22 @@ impl Board for BareNode {
 pub(super) struct Added;
 
 impl Hooks for Added {
-    fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
+    fn call(&mut self, number: u8, command: Command, module: &mut impl Execute) -> Result<i32, Status> {
         any((number, command));
+        let _ = any(module.execute(any(command)));
+        any(module.registers());
+        let _ = any(module.axis_parameter(any(0), any(0)));
+        let _ = any(module.set_axis_parameter(any(0), any(0), any(0)));
+        let _ = any(module.global_parameter(any(0), any(0)));
+        let _ = any(module.set_global_parameter(any(0), any(0), any(0)));
+        let _ = any(module.variable(any(0)));
+        let _ = any(module.set_variable(any(0), any(0)));
+        let _ = any(module.input(any(0), any(0)));
+        let _ = any(module.set_output(any(0), any(false)));
+        let _ = any(module.rotate(any(0), any(0)));
+        let _ = any(module.stop(any(0)));
+        let _ = any(module.move_to(any(0), any(0)));
+        let _ = any(module.move_by(any(0), any(0)));
         any(Ok(0))
     }
 }
