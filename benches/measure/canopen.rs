@@ -191,8 +191,9 @@ impl Once {
 }
 
 fn once(master: &mut Master, subject: Subject, n: usize) -> Result<Once, Failure> {
-    // What was sent and done before is over.
-    master.run(2 * MILLISECOND + n as Nanos * SHIFT % MILLISECOND)?;
+    // What was sent and done before is over. Each sample comes the same time later in its millisecond than the one before:
+    // so a thousand of them come at as many places.
+    master.run(2 * MILLISECOND + SHIFT)?;
     let mut steps = Vec::new();
     match subject {
         Subject::Sdo(request) => {

@@ -37,7 +37,8 @@ pub trait Hooks {
 impl Hooks for () {}
 
 /// A module as its user functions have it: it carries out commands of TMCL, with the same checks and the same effects as if
-/// a host had sent them. The methods with names are short for single commands, and have the operands in their order.
+/// a host had sent them. The methods with names are short for single commands (manual sections 3.7.1 to 3.7.15), and have
+/// the operands in their order.
 pub trait Execute {
     /// Carries out a command, and returns what its reply would have as the value.
     ///
