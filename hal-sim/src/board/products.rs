@@ -101,30 +101,42 @@ mod pins {
         /// All boards whose pins are known.
         pub const ALL: [&Self; 3] = [&Self::TMCM_1140, &Self::TMCM_6110, &Self::TMCM_3212];
 
-        /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the digital ones is
-        /// a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a divider by eleven.
-        pub const TMCM_1140: Self = Self {
+        /// What the boards share: the pins of ports, LEDs and pads. A board with another one has it in its own entry.
+        const SHARED: Self = Self {
             kind: &TMCM_1140,
-            selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
+            selects: &[],
             motion_bus: [(A, 5), (A, 6), (A, 7)],
             eeprom_bus: [(C, 10), (C, 11), (C, 12)],
             motion_clock: (A, 8),
             rs485: [(B, 10), (B, 11), (E, 15)],
             can: [(D, 0), (D, 1)],
             leds: [(C, 5), (C, 4)],
+            outputs: &[],
+            pull_ups: &[],
+            inputs: &[],
+            enable: None,
+            homes: &[],
+            stalls: &[],
+            disable: (E, 1),
+            encoder: None,
+            // SWDIO and SWCLK.
+            pads: [(A, 13), (A, 14)],
+            analog: &[],
+            supply: 11,
+            supply_full_scale: 363,
+        };
+
+        /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the digital ones is
+        /// a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a divider by eleven.
+        pub const TMCM_1140: Self = Self {
+            selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
             outputs: &[(D, 10), (D, 11)],
             pull_ups: &[(D, 14)],
             inputs: &[(D, 8), (D, 12), (D, 13), (D, 9)],
-            enable: None,
-            homes: &[],
             stalls: &[((E, 0), 0)],
-            disable: (E, 1),
             encoder: Some([(D, 12), (D, 13)]),
-            // SWDIO and SWCLK.
-            pads: [(A, 13), (A, 14)],
             analog: &[10],
-            supply: 11,
-            supply_full_scale: 363,
+            ..Self::SHARED
         };
 
         /// A board for the TMCM-6110. All pins are a choice of the firmware's: nothing is known of the module's own.
@@ -146,9 +158,8 @@ mod pins {
             inputs: &[(D, 8), (D, 9), (D, 10), (D, 11), (D, 12), (D, 13), (D, 14), (D, 15)],
             homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2), ((D, 5), 3), ((D, 6), 4), ((D, 7), 5)],
             stalls: &[((E, 2), 0), ((E, 3), 1), ((E, 4), 2), ((E, 5), 3), ((E, 6), 4), ((E, 7), 5)],
-            encoder: None,
             analog: &[10, 12],
-            ..Self::TMCM_1140
+            ..Self::SHARED
         };
 
         /// A board for the TMCM-3212, whose pins are a choice of the firmware's as well. The home switches are not at the chips.
@@ -161,15 +172,12 @@ mod pins {
                 ((A, 15), Chip::At25),
             ],
             outputs: &[(B, 12), (B, 13), (B, 14), (B, 15)],
-            pull_ups: &[],
             inputs: &[(D, 8), (D, 9), (D, 10), (D, 11)],
             enable: Some((D, 12)),
             homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2)],
-            stalls: &[],
-            encoder: None,
             analog: &[0, 1, 2, 3],
             supply_full_scale: 627,
-            ..Self::TMCM_1140
+            ..Self::SHARED
         };
     }
 }

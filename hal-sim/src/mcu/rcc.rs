@@ -209,7 +209,7 @@ impl Rcc {
 
     fn mco1_hz(&self) -> u64 {
         let source = match field(self.cfgr, 21, 2) {
-            0 => HSI_HZ,
+            0 if self.is_ready(HSI) => HSI_HZ,
             2 if self.is_ready(HSE) => HSE_HZ,
             3 if self.is_ready(PLL) => self.pll_hz(),
             _ => 0,
@@ -253,7 +253,9 @@ impl Rcc {
         if self.source == 2 {
             let vco = self.pll_hz() * u64::from(2 * (field(self.pllcfgr, 16, 2) + 1));
             if !(100_000_000..=432_000_000).contains(&vco) {
-                return Err(Refusal::Use("the PLL's oscillator is out of its range"));
+                return Err(Refusal::Use(
+                    "the PLL's oscillator is out of its range, with a crystal of HSE_HZ in hal-sim/src/mcu/rcc.rs",
+                ));
             }
         }
         if hz > SYSCLK_MAX || hz / apb[0] > APB1_MAX || hz / apb[1] > APB2_MAX {
@@ -371,11 +373,14 @@ impl Peripheral for Rcc {
 mod tests {
     use super::*;
 
+    /// The first divider of the PLL, which makes 2 MHz of the crystal.
+    const OF_CRYSTAL: u32 = (HSE_HZ / 2_000_000) as u32;
+
     #[test]
     fn the_pll_makes_168_mhz_of_the_crystal_when_it_is_ready() {
         let mut rcc = Rcc::new(0, Cause::Power, 0);
         assert_eq!(rcc.clocks().hz, 16_000_000);
-        rcc.write(PLLCFGR, 8 | 168 << 6 | 1 << 22 | 7 << 24).unwrap();
+        rcc.write(PLLCFGR, OF_CRYSTAL | 168 << 6 | 1 << 22 | 7 << 24).unwrap();
         rcc.write(CR, CR_RESET | 1 << HSEON | 1 << PLLON).unwrap();
         assert_eq!(rcc.next_event(), 3_200);
         rcc.write(CFGR, 5 << 10 | 4 << 13 | 2).unwrap();
@@ -385,12 +390,14 @@ mod tests {
         let clocks = rcc.clocks();
         assert_eq!(clocks, Clocks { hz: 168_000_000, apb: [4, 2], mco1: 16_000_000 });
         assert_eq!((clocks.divider(Unit::Usart3), clocks.divider(Unit::Tim5), clocks.divider(Unit::Spi1)), (4, 2, 2));
+        rcc.write(CR, 1 << HSEON | 1 << PLLON).unwrap();
+        assert_eq!(rcc.clocks().mco1, 0, "MCO1 has HSI, which is off");
     }
 
     #[test]
     fn a_crystal_that_stops_leaves_the_core_on_hsi() {
         let mut rcc = Rcc::new(0, Cause::Power, 0);
-        rcc.write(PLLCFGR, 8 | 168 << 6 | 1 << 22 | 7 << 24).unwrap();
+        rcc.write(PLLCFGR, OF_CRYSTAL | 168 << 6 | 1 << 22 | 7 << 24).unwrap();
         rcc.write(CR, CR_RESET | 1 << HSEON | 1 << PLLON).unwrap();
         rcc.write(CFGR, 5 << 10 | 4 << 13 | 2).unwrap();
         rcc.advance(32_000);
