@@ -66,6 +66,7 @@ impl Register {
     /// How often a datagram to the register is repeated whose answer is lost: it may have reached the chip all the same.
     /// A second write to X_ACTUAL would lose the steps that the motor has made since the first, one to X_LATCHED would arm
     /// the latch anew, and one to the interrupt register would clear flags.
+    #[inline]
     const fn repeats(self, reads: bool) -> u8 {
         match self {
             Register::XActual if !reads => 0,
@@ -360,6 +361,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
 }
 
 /// True if no chip has sent this answer.
+#[inline]
 const fn is_lost(answer: u32) -> bool {
     answer >> 24 & STATUS_INT as u32 != 0
 }

@@ -194,6 +194,7 @@ impl Instruction {
     }
 
     /// The instruction with this number, if there is one.
+    #[inline]
     pub fn numbered(number: u8) -> Option<&'static Instruction> {
         BY_NUMBER.get(usize::from(number)).copied().flatten()
     }

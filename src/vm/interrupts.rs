@@ -181,6 +181,7 @@ impl Interrupts {
     }
 
     /// True while an interrupt with a handler is pending and interrupts are globally enabled.
+    #[inline]
     pub(super) const fn wanted(&self) -> bool {
         self.candidates() != 0
     }

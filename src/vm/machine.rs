@@ -118,6 +118,7 @@ impl Machine {
     }
 
     /// Program counter: the address of the present command, in commands from 0.
+    #[inline]
     pub const fn counter(&self) -> u16 {
         self.counter
     }
@@ -152,6 +153,7 @@ impl Machine {
     }
 
     /// True while events raise interrupts: the program runs or is stepped through.
+    #[inline]
     pub const fn runs(&self) -> bool {
         matches!(self.state, ProgramState::Run | ProgramState::Step)
     }
@@ -176,12 +178,14 @@ impl Machine {
     }
 
     /// True while the handler of an interrupt runs.
+    #[inline]
     pub const fn handles(&self) -> bool {
         self.interrupted.is_some()
     }
 
     /// True if another command may not follow the present one at once: a host steps through the program, or an interrupt
     /// is pending and no handler runs. While this is false only a new millisecond or a command can make it true.
+    #[inline]
     pub(super) const fn may_be_interrupted(&self) -> bool {
         self.stepping || self.interrupted.is_none() && self.interrupts.wanted()
     }
@@ -270,6 +274,7 @@ impl Machine {
     }
 
     /// Goes on with the next command, because the present command is done.
+    #[inline]
     pub fn next(&mut self) {
         self.go_to(self.counter.saturating_add(1));
     }
@@ -325,6 +330,7 @@ impl Machine {
     }
 
     /// Goes on at an address. The program ends if the address lies behind program memory.
+    #[inline]
     pub(super) fn go_to(&mut self, address: u16) {
         self.arrive(address);
         if address >= self.size {

@@ -57,6 +57,15 @@ pub(super) trait MotionChips {
     fn advance(&mut self, to: Nanos, axes: &mut [Axis]);
     /// The next time at which something is due in them; the maximum for none.
     fn next_due(&self) -> Nanos;
+    /// As [`next_due`](Self::next_due), but steps that change nothing but the positions of the axes need not count.
+    fn next_pressing(&mut self, _axes: &mut [Axis]) -> Nanos {
+        self.next_due()
+    }
+    /// Whether a datagram to a chip that begins with `first` does and tells the same, whether steps that change nothing but
+    /// positions have been made or not.
+    fn ignores_steps(&self, _chip: Chip, _first: u8) -> bool {
+        false
+    }
     /// They are without power from now on.
     fn power_off(&mut self);
     /// They have power again, and start from their reset states.

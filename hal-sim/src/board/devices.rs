@@ -22,16 +22,39 @@ impl SharedBoard {
         Self(Rc::new(RefCell::new(board)))
     }
 
-    /// The board, to look at. The borrow must end before a device or another borrow changes the board.
+    /// The board, to look at. The borrow must end before a device or another borrow uses the board.
     #[inline]
     pub fn borrow(&self) -> Ref<'_, Board> {
+        if self.0.borrow().behind.is_some() {
+            self.0.borrow_mut().catch_up();
+        }
         self.0.borrow()
     }
 
     /// The board, to change it. The borrow must end before a device or another borrow uses the board.
     #[inline]
     pub fn borrow_mut(&self) -> RefMut<'_, Board> {
-        self.0.borrow_mut()
+        let mut board = self.0.borrow_mut();
+        board.catch_up();
+        board
+    }
+
+    /// The virtual time since the board was made, in nanoseconds.
+    #[inline]
+    pub fn now(&self) -> Nanos {
+        self.0.borrow().now
+    }
+
+    /// As [`Board::changes`].
+    #[inline]
+    pub fn changes(&self) -> u64 {
+        self.0.borrow().changes()
+    }
+
+    /// As [`Board::advance_to`]; what only moves on is moved when somebody looks.
+    #[inline]
+    pub fn advance_to(&self, to: Nanos) {
+        self.0.borrow_mut().pass_to(to);
     }
 
     /// The SPI device of a chip, with a clock of `hz` (at least 1).
@@ -65,6 +88,8 @@ struct Clocks<'a> {
     spi: &'a SimSpi,
     /// When the last byte has ended: nanoseconds, and parts of another one.
     now: (Nanos, u64),
+    /// Steps that change nothing but positions are nothing to this transaction.
+    ignores_steps: bool,
 }
 
 impl Clocks<'_> {
@@ -72,13 +97,19 @@ impl Clocks<'_> {
     /// register; the others it only shifts until its chip select rises, so all of them are exchanged at the end of the first.
     /// The EEPROM is asked byte by byte.
     fn bytes(&mut self, bytes: &mut [u8]) {
-        let together = if self.spi.chip == Chip::At25 { 1 } else { bytes.len().max(1) };
-        for bytes in bytes.chunks_mut(together) {
-            self.pass(1);
-            self.board.advance_to(self.now.0);
-            self.board.exchange(self.spi.chip, bytes);
-            self.pass(bytes.len() as u64 - 1);
+        if self.spi.chip == Chip::At25 {
+            bytes.chunks_mut(1).for_each(|byte| self.together(byte));
+        } else if !bytes.is_empty() {
+            self.together(bytes);
         }
+    }
+
+    /// Exchanges bytes at the end of the first of them.
+    fn together(&mut self, bytes: &mut [u8]) {
+        self.pass(1);
+        self.reach();
+        self.board.exchange(self.spi.chip, bytes);
+        self.pass(bytes.len() as u64 - 1);
     }
 
     /// So many bytes take their time.
@@ -94,6 +125,15 @@ impl Clocks<'_> {
     fn pause(&mut self, time: Nanos) {
         self.now = (self.now.0 + time, 0);
     }
+
+    /// Lets the board's time pass until then.
+    fn reach(&mut self) {
+        if self.ignores_steps {
+            self.board.pass_to(self.now.0);
+        } else {
+            self.board.advance_to(self.now.0);
+        }
+    }
 }
 
 impl spi::ErrorType for SimSpi {
@@ -102,12 +142,19 @@ impl spi::ErrorType for SimSpi {
 
 impl SpiDevice for SimSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
-        let mut board = self.board.borrow_mut();
+        let mut board = self.board.0.borrow_mut();
+        let ignores_steps = match operations {
+            [Operation::TransferInPlace([first, ..])] => board.motion.chips().ignores_steps(self.chip, *first),
+            _ => false,
+        };
+        if !ignores_steps {
+            board.catch_up();
+        }
         let ready = board.ready(self.chip);
         board.advance_to(ready);
         board.select(self.chip);
         let now = (board.now() + SELECT_TIME, 0);
-        let mut clocks = Clocks { board: &mut board, spi: self, now };
+        let mut clocks = Clocks { board: &mut board, spi: self, now, ignores_steps };
         for operation in operations {
             match operation {
                 Operation::Read(read) => {
@@ -126,8 +173,7 @@ impl SpiDevice for SimSpi {
             }
         }
         clocks.pause(SELECT_TIME);
-        let end = clocks.now.0;
-        board.advance_to(end);
+        clocks.reach();
         board.deselect(self.chip);
         Ok(())
     }

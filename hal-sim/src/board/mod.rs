@@ -77,6 +77,9 @@ pub struct Board {
     /// Until this time nothing happens by itself, so chips and world need not be looked at; 0 after a change from
     /// outside.
     due: Nanos,
+    /// Steps of motors that change nothing but positions are due and have not been made yet; until this time nothing else
+    /// happens by itself. `None` if chips and world are at the present.
+    behind: Option<Nanos>,
     powered: bool,
     motion: Motion,
     at25: At25,
@@ -119,6 +122,7 @@ impl Board {
             kind,
             now: 0,
             due: 0,
+            behind: None,
             powered: true,
             motion,
             at25: At25::new(kind.eeprom, seed),
@@ -158,8 +162,39 @@ impl Board {
         }
     }
 
+    /// Lets time pass until `to`, but steps that change nothing but positions wait until somebody [looks](Self::catch_up): a
+    /// motor that turns at a constant speed makes up to 61 in a millisecond, and most of them are nobody's business.
+    #[inline]
+    fn pass_to(&mut self, to: Nanos) {
+        if to > self.now {
+            self.now = to;
+            if to >= self.due {
+                self.wait(to);
+            }
+        }
+    }
+
+    /// Something is due by `to`, the present: does it, unless it can wait.
+    fn wait(&mut self, to: Nanos) {
+        let pressing = self.behind.unwrap_or_else(|| self.next_pressing());
+        if to < pressing {
+            self.behind = Some(pressing);
+        } else {
+            self.act(to);
+        }
+    }
+
+    /// Brings chips and world to the present.
+    #[inline]
+    fn catch_up(&mut self) {
+        if self.behind.is_some() {
+            self.act(self.now);
+        }
+    }
+
     /// Does what is due by `to`, the present.
     fn act(&mut self, to: Nanos) {
+        self.behind = None;
         if self.powered {
             self.motion.chips_mut().advance(to, self.world.axes_mut());
             self.at25.advance(to);
@@ -179,10 +214,21 @@ impl Board {
 
     /// As [`next_event`](Self::next_event), with the maximum for `None`.
     fn next_due(&self) -> Nanos {
+        self.next_with(self.motion.chips().next_due())
+    }
+
+    /// As [`next_due`](Self::next_due), but steps that change nothing but positions do not count.
+    fn next_pressing(&mut self) -> Nanos {
+        let chips = self.motion.chips_mut().next_pressing(self.world.axes_mut());
+        self.next_with(chips)
+    }
+
+    /// The next time at which something is due, if it is at `chips` in those of the motors.
+    fn next_with(&self, chips: Nanos) -> Nanos {
         let due = |event: Option<Nanos>| event.unwrap_or(Nanos::MAX);
         let mut next = Nanos::MAX;
         if self.powered {
-            next = due(self.at25.next_event()).min(self.motion.chips().next_due());
+            next = due(self.at25.next_event()).min(chips);
         }
         for axis in self.world.axes() {
             next = next.min(due(axis.motor().next_event()));

@@ -81,15 +81,40 @@ fn stop(board: &SharedBoard) {
     run(board, SECOND);
 }
 
+/// A stage with all that stops or slows a motor.
+const STAGE: &str = "[stage]\nleft = -9000\nright = 9000\nhome = [200, 4000]\nhard_left = -12000\nhard_right = 11000\n\
+                     [motor]\nfriction = 0.1\npull_in = 100";
+
+/// Does anything that may change how the motor turns on.
+fn disturb(board: &SharedBoard, random: &mut Random) {
+    let words = [0x9_0135, 0xA_2222, 0xA_0000, 0x0_0000, 0x0_0004, 0x0_0308, 0xE_F0D0, 0xE_F050, 0xC_0D1F];
+    let registers = [(X_ACTUAL - 2, 20_000), (V_MAX, 2048), (V_TARGET, 4096), (A_MAX, 2048), (MODE, 0x1000)];
+    match random.below(4) {
+        0 => drop(tmc262(board, words[random.below(9) as usize])),
+        1 => {
+            let load = f64::from(random.below(8)) / 10.0;
+            board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(load));
+        }
+        _ => {
+            let (register, limit) = registers[random.below(5) as usize];
+            tmc429(board, register, random.below(limit));
+        }
+    }
+}
+
+/// Any time, short or long.
+fn some_time(random: &mut Random) -> Nanos {
+    let scale = random.below(10);
+    Nanos::from(random.below(MILLISECOND as u32) << scale)
+}
+
 /// A recording of the rotor is told each step. Without one steps are made at once, and the board is the same afterwards, to
 /// the nanosecond: with switches, hard ends, loads, a coolStep that changes the current, coarse and fine microsteps.
 #[test]
 fn steps_may_be_made_at_once() {
-    let config = "[stage]\nleft = -9000\nright = 9000\nhome = [200, 4000]\nhard_left = -12000\nhard_right = 11000\n\
-                  [motor]\nfriction = 0.1\npull_in = 100";
     for seed in 0..30 {
         let [told, skipped] = [true, false].map(|traced| {
-            let board = start(config);
+            let board = start(STAGE);
             // The board counts the changes of its world: both have the same number.
             board.borrow_mut().change_world(|world| {
                 if traced {
@@ -98,27 +123,39 @@ fn steps_may_be_made_at_once() {
             });
             let mut random = Random::new(seed);
             for _ in 0..100 {
-                let words = [0x9_0135, 0xA_2222, 0xA_0000, 0x0_0000, 0x0_0004, 0x0_0308, 0xE_F0D0, 0xE_F050, 0xC_0D1F];
-                let registers =
-                    [(X_ACTUAL - 2, 20_000), (V_MAX, 2048), (V_TARGET, 4096), (A_MAX, 2048), (MODE, 0x1000)];
-                match random.below(4) {
-                    0 => drop(tmc262(&board, words[random.below(9) as usize])),
-                    1 => {
-                        let load = f64::from(random.below(8)) / 10.0;
-                        board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(load));
-                    }
-                    _ => {
-                        let (register, limit) = registers[random.below(5) as usize];
-                        tmc429(&board, register, random.below(limit));
-                    }
-                }
-                let scale = random.below(10);
-                run(&board, Nanos::from(random.below(MILLISECOND as u32) << scale));
+                disturb(&board, &mut random);
+                run(&board, some_time(&mut random));
             }
             board.borrow_mut().change_world(|world| world.axis_mut(0).take_trace());
             format!("{board:?}")
         });
         assert!(told == skipped, "seed {seed}:\n{told}\n{skipped}");
+    }
+}
+
+/// While nobody looks at positions, steps wait. Whoever asks for registers in between gets the same answers as from a board
+/// that is looked at all the time, and at the end both boards are the same.
+#[test]
+fn steps_may_wait_until_somebody_looks() {
+    for seed in 0..30 {
+        let [watched, unwatched] = [true, false].map(|is_watched| {
+            let board = start(STAGE);
+            let mut random = Random::new(seed);
+            let mut answers = Vec::new();
+            for _ in 0..100 {
+                disturb(&board, &mut random);
+                for _ in 0..20 {
+                    let register = 2 * random.below(64) as u8 + 1;
+                    answers.push(tmc429(&board, register, 0));
+                    board.advance_to(board.now() + some_time(&mut random) / 20);
+                    if is_watched {
+                        drop(board.borrow());
+                    }
+                }
+            }
+            (answers, format!("{:?}", board.borrow()))
+        });
+        assert!(watched == unwatched, "seed {seed}:\n{watched:?}\n{unwatched:?}");
     }
 }
 

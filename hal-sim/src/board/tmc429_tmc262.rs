@@ -105,9 +105,14 @@ impl Controller {
     }
 
     fn advance(&mut self, to: Nanos, drives: &mut [Drive], axes: &mut [Axis]) {
+        let (chip, mut wiring) = self.wired(drives, axes);
+        chip.advance(to, &mut wiring);
+    }
+
+    /// The chip, and what is connected to it.
+    fn wired<'a>(&'a mut self, drives: &'a mut [Drive], axes: &'a mut [Axis]) -> (&'a mut Tmc429, Wiring<'a>) {
         let own = self.first..self.first + self.axes;
-        let mut wiring = Wiring { drives: &mut drives[own.clone()], axes: &mut axes[own], pins: &mut self.pins };
-        self.chip.advance(to, &mut wiring);
+        (&mut self.chip, Wiring { drives: &mut drives[own.clone()], axes: &mut axes[own], pins: &mut self.pins })
     }
 }
 
@@ -159,6 +164,19 @@ impl MotionChips for Tmc429sTmc262s {
     fn next_due(&self) -> Nanos {
         let due = self.controllers.iter().map(|controller| controller.chip.next_event().unwrap_or(Nanos::MAX));
         due.min().unwrap_or(Nanos::MAX)
+    }
+
+    fn next_pressing(&mut self, axes: &mut [Axis]) -> Nanos {
+        let pressing = self.controllers.iter_mut().map(|controller| {
+            let (chip, wiring) = controller.wired(&mut self.drives, axes);
+            chip.next_pressing(&wiring)
+        });
+        pressing.min().unwrap_or(Nanos::MAX)
+    }
+
+    fn ignores_steps(&self, chip: Chip, first: u8) -> bool {
+        let Chip::Tmc429(number) = chip else { return false };
+        self.controllers.get(number).is_some_and(|controller| controller.chip.ignores_steps(first))
     }
 
     fn power_off(&mut self) {

@@ -365,3 +365,30 @@ fn the_size_of_the_time_steps_does_not_matter_with_six_axes() {
     let noise = |axis: usize| whole.axes[axis].stall_guard;
     assert!([0, 2, 4].iter().any(|&axis| noise(axis) != noise(axis + 1)), "each driver has a noise of its own");
 }
+
+/// Speeds of some are read while others ramp or turn at constant speeds: the answers are those of a board that is looked at
+/// all the time.
+#[test]
+fn steps_of_six_axes_may_wait_until_somebody_looks() {
+    for seed in 0..10 {
+        let [watched, unwatched] = [true, false].map(|is_watched| {
+            let board = board(&TMCM_6110, "[stage]\nright = 20000\nleft = -20000\n[motor]\nfriction = 0.1");
+            let mut random = Random::new(seed);
+            let mut answers = Vec::new();
+            for _ in 0..60 {
+                turn(&board, random.below(6) as usize, random.below(4095) as i32 - 2047);
+                ramp(&board, random.below(6) as usize, A_MAX, random.below(100));
+                for _ in 0..30 {
+                    let register = 2 * random.below(16) as u8 + 1;
+                    answers.push(ramp(&board, random.below(6) as usize, register, 0));
+                    board.advance_to(board.now() + some_time(&mut random) / 30);
+                    if is_watched {
+                        drop(board.borrow());
+                    }
+                }
+            }
+            (answers, format!("{:?}", board.borrow()))
+        });
+        assert!(watched == unwatched, "seed {seed}:\n{watched:?}\n{unwatched:?}");
+    }
+}

@@ -118,15 +118,12 @@ impl Tmc429 {
         }
     }
 
-    /// Brings the chip to time `to`, if nothing happens in it by then, and returns true; else returns false.
+    /// Tells the chip that it is time `to`. False if something is due in it by then, which [`advance`](Self::advance) does.
     #[inline]
     pub fn rest(&mut self, to: Nanos) -> bool {
+        self.now = self.now.max(to);
         // In power-down, when no clock runs, `due` is the maximum.
-        let rests = to < self.due;
-        if rests {
-            self.now = self.now.max(to);
-        }
-        rests
+        to < self.due
     }
 
     /// Sets the reference switch inputs after a change without a step. `pins` are levels in the order of the register
@@ -161,6 +158,28 @@ impl Tmc429 {
     /// The time is never too late; some events of a ramp cannot be seen from outside.
     pub fn next_event(&self) -> Option<Nanos> {
         (self.due != Nanos::MAX).then_some(self.due)
+    }
+
+    /// The earliest time at which anything may happen but steps that change nothing but positions, here and at `load`; the
+    /// maximum for never.
+    pub fn next_pressing(&self, load: &impl StepDir) -> Nanos {
+        if self.due == Nanos::MAX || !self.global.step_direction() {
+            return self.due;
+        }
+        let moving = self.axes.iter().enumerate().filter(|(_, axis)| axis.next() != NEVER);
+        let ticks = moving.map(|(motor, axis)| match self.free_steps(motor, load) {
+            0 => axis.next(),
+            free => axis.tick_of_step(free + 1),
+        });
+        ticks.chain(self.global.sent_at()).min().map_or(Nanos::MAX, |tick| self.clock.time_of(tick))
+    }
+
+    /// Whether a datagram that begins with `first` does and tells the same, whether steps that change nothing but positions
+    /// have been made or not: it asks for a register that is no position.
+    pub fn ignores_steps(&self, first: u8) -> bool {
+        let (motor, index) = register_address(first);
+        let is_position = motor != COMMON && [axis_register::X_ACTUAL, axis_register::USTEP_COUNT].contains(&index);
+        first & READ != 0 && first & RAM_SELECT == 0 && !is_position && !self.powered_down
     }
 
     /// True if the output nINT_SDO_C signals an interrupt, that is, is low for that reason (1.5.3). Unless sdo_int is
@@ -356,9 +375,11 @@ impl Tmc429 {
         if motor == COMMON {
             return self.global.read(index, self.pins);
         }
-        let tick = self.clock.tick_at(self.now);
         self.axes.get_mut(motor).map_or(0, |axis| {
-            axis.sync(tick);
+            // Between events nothing that can be read changes but the velocity.
+            if axis.ramps() {
+                axis.sync(self.clock.tick_at(self.now));
+            }
             axis.read(index)
         })
     }
@@ -410,21 +431,38 @@ impl SpiSlave for Tmc429 {
         self.reply = [self.status(), 0, 0, 0];
     }
 
-    /// Eight bits. The first byte holds the address, so a read answers in the same datagram (6.2).
     fn byte(&mut self, mosi: u8) -> u8 {
-        if !self.clocked {
-            return 0;
-        }
-        let miso = self.reply.get(self.received).copied().unwrap_or(0);
-        if let Some(slot) = self.datagram.get_mut(self.received) {
-            *slot = mosi;
-        }
-        if self.received == 0 && mosi & READ != 0 {
-            let [_, high, middle, low] = self.read(mosi).to_be_bytes();
-            self.reply = [miso, high, middle, low];
-        }
-        self.received = self.received.saturating_add(1);
+        let mut byte = [mosi];
+        self.bytes(&mut byte);
+        let [miso] = byte;
         miso
+    }
+
+    /// The first byte holds the address, so a read answers in the same datagram (6.2).
+    fn bytes(&mut self, bytes: &mut [u8]) {
+        if !self.clocked {
+            return bytes.fill(0);
+        }
+        if let (0, Some(&first)) = (self.received, bytes.first())
+            && first & READ != 0
+        {
+            let [_, high, middle, low] = self.read(first).to_be_bytes();
+            self.reply = [self.reply[0], high, middle, low];
+        }
+        // A whole datagram at once, as nearly all of them come.
+        if let (0, Ok(datagram)) = (self.received, <&mut [u8; DATAGRAM_BYTES]>::try_from(&mut *bytes)) {
+            (self.datagram, self.received) = (*datagram, DATAGRAM_BYTES);
+            *datagram = self.reply;
+            return;
+        }
+        for byte in bytes {
+            let miso = self.reply.get(self.received).copied().unwrap_or(0);
+            if let Some(slot) = self.datagram.get_mut(self.received) {
+                *slot = *byte;
+            }
+            self.received = self.received.saturating_add(1);
+            *byte = miso;
+        }
     }
 
     /// nSCS_C rises: a datagram of 32 bits takes effect.

@@ -99,6 +99,11 @@ impl Axis {
         difference.clamp(-a_max, a_max)
     }
 
+    /// Whether the velocity is on the way to its goal.
+    pub(in crate::chip::tmc429) fn ramps(&self) -> bool {
+        self.goal != self.velocity
+    }
+
     /// Brings `velocity` and `phase` to the end of tick `tick`, all of the ticks up to there being quiet.
     pub(in crate::chip::tmc429) fn sync(&mut self, tick: u64) {
         let pulses = (tick >> self.pulse_div) - (self.synced >> self.pulse_div);
