@@ -1,7 +1,8 @@
 //! A recorder of the commands that a program in a virtual module executes.
 
-use hal_sim::clock::{MICROSECOND, Nanos};
+use hal_sim::clock::Nanos;
 use tmcm::module::{Executed, Hooks};
+use tmcm::units::Micros;
 use tmcm::vm::{Errors, Registers};
 
 /// An executed command and the state of the program after it.
@@ -21,31 +22,31 @@ pub struct Step {
 #[derive(Clone, Debug, Default)]
 pub struct Tracer {
     on: bool,
-    steps: Vec<Step>,
+    steps: Vec<(Executed, Registers, Errors)>,
 }
 
 impl Tracer {
-    /// An empty recorder, switched on or off.
-    pub fn new(on: bool) -> Self {
-        Tracer { on, steps: Vec::new() }
-    }
-
     /// Switches the recorder on or off.
     pub fn record(&mut self, on: bool) {
         self.on = on;
     }
 
-    /// The commands recorded since the last call. Their times count from the start of the firmware.
-    pub fn take(&mut self) -> Vec<Step> {
-        std::mem::take(&mut self.steps)
+    /// The commands recorded since the last call; `when` makes virtual time of the firmware's.
+    pub fn take(&mut self, when: impl Fn(Micros) -> Nanos) -> Vec<Step> {
+        let step = |(executed, registers, errors): (Executed, Registers, Errors)| Step {
+            at: when(executed.at),
+            executed,
+            registers,
+            errors,
+        };
+        std::mem::take(&mut self.steps).into_iter().map(step).collect()
     }
 }
 
 impl Hooks for Tracer {
     fn executed(&mut self, executed: &Executed, registers: &Registers, errors: Errors) {
         if self.on {
-            let at = executed.at.0 * MICROSECOND;
-            self.steps.push(Step { at, executed: *executed, registers: *registers, errors });
+            self.steps.push((*executed, *registers, errors));
         }
     }
 }

@@ -91,8 +91,7 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// Locks the EEPROM or unlocks it (73), which is stored itself, locked or not.
     fn lock(&mut self, slot: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
         let locks = matches!(value, 1 | LOCK).into();
-        self.executor.globals.set(G::EepromLock, 0);
-        self.keep(Some(slot.into()), locks)?;
+        self.put(Some(slot.into()), locks)?;
         self.executor.globals.set(G::EepromLock, locks);
         Ok(Outcome::stored(echo))
     }

@@ -43,6 +43,11 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// locked EEPROM with status 5.
     pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
         self.may_store()?;
+        self.put(slot, value)
+    }
+
+    /// As [`keep`](Self::keep), with a locked EEPROM as well.
+    pub(super) fn put(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
         if slot.is_some_and(|slot| self.device.store_mut().set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
     }
 

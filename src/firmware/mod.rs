@@ -136,7 +136,8 @@ pub trait Surroundings: LinkEnds {
 #[inline(always)]
 pub fn pass_on(firmware: &mut impl Firmware, around: &mut impl Surroundings, outputs: &Outputs) {
     around.set(outputs);
-    if let Some(written) = around.keep(|| firmware.next_job()) {
+    // A job that has ended makes room for the next.
+    while let Some(written) = around.keep(|| firmware.next_job()) {
         firmware.stored(written);
     }
     firmware.deliver(around);
@@ -324,7 +325,7 @@ mod tests {
     fn what_a_poll_has_led_to_is_passed_on_in_order() {
         for (ended, restarts, order) in [
             (None, false, ["outputs", "page", "new settings"].as_slice()),
-            (Some(true), true, &["outputs", "page", "reply", "new settings", "restart"]),
+            (Some(true), true, &["outputs", "page", "page", "reply", "new settings", "restart"]),
         ] {
             let (mut loader, mut notes) =
                 (Loader { restarts, ..Loader::default() }, Notes { ended, ..Notes::default() });

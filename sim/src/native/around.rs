@@ -38,7 +38,7 @@ pub(super) struct Around<'a, const AXES: usize> {
 impl<'a, const AXES: usize> Around<'a, AXES> {
     /// The surroundings at the firmware's time `now`.
     pub(super) fn at(now: Micros, periphery: &'a mut Periphery<AXES>, traffic: &'a mut Traffic) -> Self {
-        let arrived = periphery.board().borrow().now();
+        let arrived = periphery.board().now();
         Around { periphery, traffic, now, arrived, restarts: false }
     }
 }
@@ -80,7 +80,7 @@ impl<const AXES: usize> LinkEnds for Around<'_, AXES> {
             return;
         };
         let bytes = self.traffic.ports.answer((source, client), reply, mode, settings.reply_addresses());
-        let now = self.periphery.board().borrow().now();
+        let now = self.periphery.board().now();
         let at = if mode.is_some() {
             on_the_wire(source, self.arrived, now)
         } else {

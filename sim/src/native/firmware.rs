@@ -9,7 +9,7 @@ use tmcm::tmcl::Command;
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
-use crate::tracer::Step;
+use crate::tracer::Tracer;
 
 /// What can be seen of a firmware, whichever it is.
 pub(super) trait Insight: Firmware {
@@ -48,12 +48,9 @@ pub(super) trait Insight: Firmware {
             .into())
     }
 
-    /// Records the commands that programs execute, or stops recording.
-    fn trace(&mut self, _: bool) {}
-
-    /// The commands that have been recorded since the last call; their times are the firmware's.
-    fn take_steps(&mut self) -> Vec<Step> {
-        Vec::new()
+    /// What records the commands that programs execute.
+    fn tracer(&mut self) -> Option<&mut Tracer> {
+        None
     }
 }
 

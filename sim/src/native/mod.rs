@@ -3,6 +3,7 @@
 mod around;
 mod board;
 mod canopen;
+mod due;
 mod firmware;
 mod peek;
 mod periphery;
@@ -10,7 +11,6 @@ mod ports;
 mod product;
 mod quiet;
 mod running;
-mod skip;
 mod tmcl;
 mod traffic;
 
@@ -185,28 +185,21 @@ impl NativeModule {
 
     /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
     pub fn read(&mut self, command: Command) -> Option<i32> {
-        let firmware = self.firmware.as_mut()?;
-        firmware.disturb();
-        let (firmware, now) = firmware.ask();
+        let (firmware, now) = self.firmware.as_mut()?.ask();
         firmware.read(now, command)
     }
 
     /// Records the commands that programs execute, from now on or no more.
     pub fn trace(&mut self, on: bool) {
         self.tracing = on;
-        if let Some(firmware) = &mut self.firmware {
-            firmware.ask().0.trace(on);
+        if let Some(tracer) = self.firmware.as_mut().and_then(|firmware| firmware.ask().0.tracer()) {
+            tracer.record(on);
         }
     }
 
     /// The commands that have been recorded since the last call.
     pub fn take_steps(&mut self) -> Vec<Step> {
-        let Some(firmware) = &mut self.firmware else { return Vec::new() };
-        let mut steps = firmware.ask().0.take_steps();
-        for step in &mut steps {
-            step.at = firmware.when(step.executed.at);
-        }
-        steps
+        self.firmware.as_mut().map(|firmware| firmware.take_steps()).unwrap_or_default()
     }
 
     fn boot(&mut self, kept: Option<[u32; 2]>) {
@@ -240,7 +233,7 @@ impl NativeModule {
             && let Some(firmware) = &mut self.firmware
             && firmware.serve(&mut self.traffic)
         {
-            if firmware.deadline() <= self.board.borrow().now() {
+            if firmware.deadline() <= self.board.now() {
                 return;
             }
         }
@@ -260,7 +253,7 @@ impl VirtualModule for NativeModule {
     }
 
     fn now(&self) -> Nanos {
-        self.board.borrow().now()
+        self.board.now()
     }
 
     fn run_until(&mut self, to: Nanos) {
@@ -272,7 +265,7 @@ impl VirtualModule for NativeModule {
                 if skips { firmware.skip(to, &self.traffic) } else { firmware.deadline() }
             };
             let poll = self.firmware.as_mut().map(due).filter(|at| *at <= to);
-            self.board.borrow_mut().advance_to(poll.unwrap_or(to));
+            self.board.advance_to(poll.unwrap_or(to));
             if poll.is_none() {
                 return;
             }
@@ -312,7 +305,6 @@ impl VirtualModule for NativeModule {
         self.traffic.outbox.retain(|sent| sent.source != Source::Usb);
         self.traffic.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
-            firmware.disturb();
             firmware.ask().0.forget(Source::Usb);
             self.traffic.ports.unplug_usb(firmware.firmware().link_settings().start);
         }
@@ -432,8 +424,7 @@ impl VirtualModule for NativeModule {
 
     fn peek(&mut self, command: Command) -> Result<i32, String> {
         let firmware = self.firmware.as_mut().ok_or("the module has no power, so it has no values")?;
-        let (firmware, now) = firmware.ask();
-        firmware.peek(now, command)
+        firmware.peek(command)
     }
 
     fn take_log(&mut self) -> Vec<String> {

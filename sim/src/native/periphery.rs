@@ -4,7 +4,7 @@ use hal_sim::board::{Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::chip::at25::At25;
 use tmcm::device::{Inputs, Outputs};
-use tmcm::store::{Job, Keeper};
+use tmcm::store::{Integrity, Job, Keeper, LoadReport};
 use tmcm::units::Micros;
 
 use super::board::Signals;
@@ -15,6 +15,24 @@ const AT25_HZ: u32 = 2_625_000;
 /// The keeper of the board's EEPROM.
 pub(super) fn keeper(board: &SharedBoard) -> Keeper<SimSpi> {
     Keeper::new(At25::new(board.spi(Chip::At25, AT25_HZ)))
+}
+
+/// What a person should know of the contents of the EEPROM.
+pub(super) fn messages(report: &LoadReport) -> Vec<String> {
+    let LoadReport { foreign, valid, .. } = *report;
+    let mut messages = Vec::new();
+    if report.unreachable {
+        messages.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
+    } else if foreign > 0 {
+        messages.push(format!(
+            "EEPROM: {foreign} settings pages are not this firmware's or damaged, {valid} are good; \
+             defaults or the older copies apply"
+        ));
+    }
+    if report.program == Integrity::Incomplete {
+        messages.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
+    }
+    messages
 }
 
 /// What is around a firmware with `AXES` axes.
@@ -42,7 +60,7 @@ impl<const AXES: usize> Periphery<AXES> {
             keeper,
             keep: clock,
             asked: clock,
-            started: board.borrow().now(),
+            started: board.now(),
             clock,
         }
     }
@@ -53,7 +71,7 @@ impl<const AXES: usize> Periphery<AXES> {
 
     /// The firmware's time.
     pub(super) fn now(&self) -> Micros {
-        self.time(self.board.borrow().now())
+        self.time(self.board.now())
     }
 
     /// What the firmware's clock shows at a virtual time.

@@ -8,7 +8,7 @@
 //! that there is to know; and where motors turn, enough turns are polled behind them to bring everything up to date that
 //! follows from positions and loads.
 
-use hal_sim::board::Board;
+use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 /// What is known of the turns that were polled.
@@ -47,15 +47,15 @@ impl Quiet {
     }
 
     /// True if nothing has happened for a whole rotation, and the board has not been changed since.
-    pub(super) fn lasts(&self, board: &Board) -> bool {
+    pub(super) fn lasts(&self, board: &SharedBoard) -> bool {
         self.turns > self.rotation.len() && self.changes == board.changes()
     }
 
-    /// A turn is to begin at `due`, in which nothing happens if `goes_on` is true. In the turn before it was asked at `asked`
-    /// whether the EEPROM is to be looked after.
-    pub(super) fn begin(&mut self, board: &Board, due: Nanos, goes_on: bool, asked: Nanos) {
+    /// A turn is to begin at `due`, in which nothing happens. In the turn before it was asked at `asked` whether the EEPROM is
+    /// to be looked after.
+    pub(super) fn begin(&mut self, board: &Board, due: Nanos, asked: Nanos) {
         let changes = std::mem::replace(&mut self.changes, board.changes());
-        if !goes_on || changes != self.changes {
+        if changes != self.changes {
             self.turns = 0;
             return;
         }

@@ -1,31 +1,23 @@
 //! A firmware that runs on a simulated board: what a [`NativeModule`](super::NativeModule) needs of it, whichever it is.
 
 use hal_sim::board::SharedBoard;
-use hal_sim::clock::Nanos;
 use tmcm::firmware::{OnBoard, pass_on};
 use tmcm::module::Hooks;
-use tmcm::store::{Integrity, LoadReport};
+use tmcm::store::LoadReport;
+use tmcm::tmcl::Command;
 use tmcm::units::Micros;
 
 use super::around::Around;
 use super::board::{Simulated, Wired, parts};
+use super::due::{Due, Run};
 use super::firmware::{Insight, Simulable};
-use super::periphery::{Periphery, keeper};
+use super::periphery::{Periphery, keeper, messages};
 use super::quiet::Quiet;
 use super::traffic::Traffic;
+use crate::tracer::Step;
 
 /// A running firmware of any product.
-pub(super) trait Running {
-    /// When the firmware wants to be polled next.
-    fn deadline(&self) -> Nanos;
-
-    /// When the firmware may do something next that nobody can do in its place, so that it has to be polled.
-    fn acts(&self, traffic: &Traffic) -> Nanos;
-
-    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline, which this returns, are then as
-    /// if all of them had come.
-    fn skip(&mut self, to: Nanos, traffic: &Traffic) -> Nanos;
-
+pub(super) trait Running: Due {
     /// Polls the firmware, and passes on what has become due. True if the firmware is to start anew.
     fn poll(&mut self, traffic: &mut Traffic) -> bool;
 
@@ -35,24 +27,17 @@ pub(super) trait Running {
     /// Has the firmware look after its links.
     fn deliver(&mut self, traffic: &mut Traffic);
 
-    /// What has been asked of the firmware may change what it is going to do.
-    fn disturb(&mut self);
-
     /// The firmware, to look at.
     fn firmware(&self) -> &dyn Insight;
 
-    /// The firmware, to be asked, with its time.
+    /// The firmware, to be asked, with its time; what is asked of it may change what it is going to do.
     fn ask(&mut self) -> (&mut dyn Insight, Micros);
 
-    /// When the firmware's clock shows `time`.
-    fn when(&self, time: Micros) -> Nanos;
-}
+    /// The value that a command would read, as [`Insight::peek`] has it, which changes nothing.
+    fn peek(&mut self, command: Command) -> Result<i32, String>;
 
-/// A firmware with what is around it.
-pub(super) struct Run<F, const AXES: usize> {
-    pub(super) firmware: F,
-    pub(super) periphery: Periphery<AXES>,
-    pub(super) quiet: Quiet,
+    /// The commands of programs that have been recorded since the last call.
+    fn take_steps(&mut self) -> Vec<Step>;
 }
 
 /// How a firmware is started.
@@ -82,44 +67,16 @@ where
         firmware.remember(kept);
     }
     firmware.start(clock, |store| report = keeper.load(store));
-    firmware.trace(tracing);
-    let messages = messages(&report, firmware.complaint());
+    if let Some(tracer) = firmware.tracer() {
+        tracer.record(tracing);
+    }
+    let mut messages = messages(&report);
+    messages.extend(firmware.complaint().map(String::from));
     let run = Run { periphery: Periphery::new(board, keeper, clock), quiet: Quiet::new(F::ROTATION), firmware };
     (Box::new(run), messages)
 }
 
-/// What a person should know of the contents of the EEPROM, and of the start.
-fn messages(report: &LoadReport, complaint: Option<&str>) -> Vec<String> {
-    let LoadReport { foreign, valid, .. } = *report;
-    let mut messages = Vec::new();
-    if report.unreachable {
-        messages.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
-    } else if foreign > 0 {
-        messages.push(format!(
-            "EEPROM: {foreign} settings pages are not this firmware's or damaged, {valid} are good; \
-             defaults or the older copies apply"
-        ));
-    }
-    if report.program == Integrity::Incomplete {
-        messages.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
-    }
-    messages.extend(complaint.map(String::from));
-    messages
-}
-
 impl<F: Simulable<AXES>, const AXES: usize> Running for Run<F, AXES> {
-    fn deadline(&self) -> Nanos {
-        self.due()
-    }
-
-    fn acts(&self, traffic: &Traffic) -> Nanos {
-        self.acts_at(traffic)
-    }
-
-    fn skip(&mut self, to: Nanos, traffic: &Traffic) -> Nanos {
-        self.skip_to(to, traffic)
-    }
-
     fn poll(&mut self, traffic: &mut Traffic) -> bool {
         let Run { firmware, periphery, .. } = self;
         let due = firmware.deadline();
@@ -159,19 +116,21 @@ impl<F: Simulable<AXES>, const AXES: usize> Running for Run<F, AXES> {
         firmware.deliver(&mut Around::at(now, periphery, traffic));
     }
 
-    fn disturb(&mut self) {
-        self.quiet.disturb();
-    }
-
     fn firmware(&self) -> &dyn Insight {
         &self.firmware
     }
 
     fn ask(&mut self) -> (&mut dyn Insight, Micros) {
+        self.quiet.disturb();
         (&mut self.firmware, self.periphery.now())
     }
 
-    fn when(&self, time: Micros) -> Nanos {
-        self.periphery.when(time)
+    fn peek(&mut self, command: Command) -> Result<i32, String> {
+        self.firmware.peek(self.periphery.now(), command)
+    }
+
+    fn take_steps(&mut self) -> Vec<Step> {
+        let Run { firmware, periphery, .. } = self;
+        firmware.tracer().map(|tracer| tracer.take(|time| periphery.when(time))).unwrap_or_default()
     }
 }

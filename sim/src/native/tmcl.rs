@@ -13,7 +13,7 @@ use tmcm::vm::Machine;
 use super::board::{Simulated, Wired};
 use super::firmware::{Insight, Simulable};
 use super::peek;
-use crate::tracer::{Step, Tracer};
+use crate::tracer::Tracer;
 
 /// The TMCL firmware of product `P` with `N` motion controllers.
 pub(super) type Tmcl<P, const AXES: usize, const N: usize> = Module<Simulated<Tracer, P, N>, AXES>;
@@ -56,12 +56,8 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Insight for Tmcl<P, 
         self.peek(now, command).map_err(refused)
     }
 
-    fn trace(&mut self, on: bool) {
-        self.hooks().record(on);
-    }
-
-    fn take_steps(&mut self) -> Vec<Step> {
-        self.hooks().take()
+    fn tracer(&mut self) -> Option<&mut Tracer> {
+        Some(self.hooks())
     }
 }
 

@@ -29,7 +29,8 @@ pub struct Around<C> {
     pub(super) inputs: Inputs<AXES>,
     /// The outputs as they were set last.
     outputs: Option<Outputs>,
-    pub(super) can: C,
+    /// The CAN link; `None` until the controller has joined the bus.
+    pub(super) can: Option<C>,
     /// The time at which a restart became due; `None` without one.
     ending: Option<Micros>,
     /// The log says that a motion controller does not answer, and the error LED is lit.
@@ -42,8 +43,8 @@ pub struct Around<C> {
 impl<C: CanLink> Around<C> {
     /// Around a firmware that has not started.
     pub(super) fn new(signals: Signals) -> Self {
-        let (inputs, can) = (Inputs::default(), C::NEW);
-        Around { signals, inputs, outputs: None, can, ending: None, trouble: false, page: false }
+        let inputs = Inputs::default();
+        Around { signals, inputs, outputs: None, can: None, ending: None, trouble: false, page: false }
     }
 
     /// Begins to notice what the inputs do.
@@ -60,10 +61,8 @@ impl<C: CanLink> Around<C> {
     /// The CAN controller takes part, once it has joined the bus.
     #[inline(always)]
     pub(super) fn look_for_can(&mut self) {
-        if !self.can.is_joined()
-            && let Some(controller) = can::JOINED.try_take()
-        {
-            self.can.join(controller);
+        if self.can.is_none() {
+            self.can = can::JOINED.try_take().map(C::new);
         }
     }
 
@@ -104,7 +103,7 @@ impl<C: CanLink> LinkEnds for Around<C> {
     #[inline(always)]
     fn request(&mut self, source: Source, _: &LinkSettings) -> Option<Request> {
         match source {
-            Source::Can => self.can.request().map(Request::Frame),
+            Source::Can => self.can.as_mut()?.request().map(Request::Frame),
             Source::Rs485 => rs485::request(),
             // While the host has not fetched earlier replies there is no room for the reply to another request.
             Source::Usb if USB.is_full() => None,
@@ -119,7 +118,7 @@ impl<C: CanLink> LinkEnds for Around<C> {
         match source {
             Source::Rs485 => rs485::takes_event(),
             Source::Usb => USB.free_capacity() > 1,
-            Source::Can => self.can.takes_event(),
+            Source::Can => self.can.as_ref().is_some_and(C::takes_event),
         }
     }
 
@@ -132,8 +131,8 @@ impl<C: CanLink> LinkEnds for Around<C> {
                 USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()
             }
             Source::Can => {
-                if let Some(reply) = reply {
-                    self.can.answer(&settings.frame(to, reply));
+                if let (Some(can), Some(reply)) = (&mut self.can, reply) {
+                    can.answer(&settings.frame(to, reply));
                 }
                 true
             }
@@ -149,7 +148,7 @@ impl<C: CanLink> Surroundings for Around<C> {
 
     #[inline(always)]
     fn bus(&mut self) -> Option<&mut C::Node> {
-        self.can.as_node()
+        self.can.as_mut()?.as_node()
     }
 
     #[inline(always)]
@@ -169,24 +168,28 @@ impl<C: CanLink> Surroundings for Around<C> {
         }
     }
 
-    /// The job ended in a task of thread mode. The next one is passed on when the links have nothing to do, but links that
-    /// were never idle since the last turn do not keep pages from the EEPROM.
+    /// Jobs end in a task of thread mode. The next one is passed on when the links have nothing to do, but links that were
+    /// never idle since the last turn do not keep pages from the EEPROM.
     #[inline(always)]
     fn keep(&mut self, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
-        let ended = WRITTEN.try_take();
-        if ended == Some(false) {
-            defmt::warn!("EEPROM: no answer, or a page that could not be written");
+        if let Some(written) = WRITTEN.try_take() {
+            if !written {
+                defmt::warn!("EEPROM: no answer, or a page that could not be written");
+            }
+            return Some(written);
         }
-        if self.page && ended.is_none() {
+        if self.page {
             self.pass_page_on(next);
         }
         self.page = true;
-        ended
+        None
     }
 
     #[inline(always)]
     fn put_in_force(&mut self, settings: &LinkSettings) {
-        self.can.put_in_force(settings);
+        if let Some(can) = &mut self.can {
+            can.put_in_force(settings);
+        }
         put_in_force(settings);
         rs485::tick();
     }
@@ -195,7 +198,7 @@ impl<C: CanLink> Surroundings for Around<C> {
     #[cold]
     fn restart(&mut self) {
         let over = now().since(*self.ending.get_or_insert_with(now)) >= LAST_WORDS;
-        if over || rs485::is_idle() && USB.is_empty() && self.can.has_sent() {
+        if over || rs485::is_idle() && USB.is_empty() && self.can.as_ref().is_none_or(C::has_sent) {
             defmt::info!("restart");
             drivers_off();
             SCB::sys_reset();

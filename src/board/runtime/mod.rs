@@ -4,7 +4,6 @@
 use super::boards::chosen;
 
 mod around;
-mod canopen;
 mod fault;
 mod keeper;
 mod mail;
@@ -12,7 +11,6 @@ mod owner;
 mod runs;
 mod safe;
 mod tasks;
-mod tmcl;
 mod usb_link;
 
 pub use around::Around;

@@ -1,4 +1,4 @@
-//! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
+//! The owner of the firmware's logic, be it TMCL or another one that [runs](Runs) here: the only part that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request ([`wake`]);
 //! and in those of the CAN controller, for received frames and free mailboxes. It serves the requests of the links, polls the
@@ -188,12 +188,16 @@ impl<F: Runs> Turn for Owner<F> {
     /// Never inlined: most turns come by without it.
     #[inline(never)]
     fn refill(&mut self) {
-        self.around.can.refill();
+        if let Some(can) = &mut self.around.can {
+            can.refill();
+        }
         self.firmware.refill(&mut self.around);
     }
 
     fn hold(&self) {
-        self.around.can.hold();
+        if let Some(can) = &self.around.can {
+            can.hold();
+        }
     }
 }
 

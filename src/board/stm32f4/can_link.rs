@@ -6,24 +6,18 @@ use crate::canopen::Bus;
 use crate::module::LinkSettings;
 use crate::tmcl::can::Request;
 
-/// What a firmware does with the CAN controller. All of it is called at the owner's priority.
+/// What a firmware does with the CAN controller, which has joined the bus. All of it is called at the owner's priority.
 pub trait CanLink {
-    /// Before the controller has joined the bus.
-    const NEW: Self;
+    /// The controller as a node of CANopen uses it.
+    type Node: Bus;
 
     /// True if the controller is to send what has waited longest, not the lowest identifier.
     const IN_ORDER: bool;
 
-    /// The controller has joined the bus.
-    fn join(&mut self, controller: Can);
+    /// The link of a controller that has just joined the bus.
+    fn new(controller: Can) -> Self;
 
-    /// True once the controller has joined the bus.
-    fn is_joined(&self) -> bool;
-
-    /// The controller as a node of CANopen uses it.
-    type Node: Bus;
-
-    /// The controller as a node of CANopen uses it, once it has joined the bus.
+    /// The controller as a node of CANopen uses it, if the firmware is one.
     fn as_node(&mut self) -> Option<&mut Self::Node> {
         None
     }

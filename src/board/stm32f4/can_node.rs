@@ -30,28 +30,11 @@ const IN_BANK: usize = 4;
 /// The queues of a node at the CAN controller.
 pub struct NodeLink {
     outbox: Outbox,
-    /// The controller; `None` until it has joined the bus.
-    controller: Option<Can>,
-    /// The controller has been set up for a node.
-    is_set_up: bool,
+    /// The driver, which would switch the controller off if it were dropped.
+    _controller: Can,
 }
 
 impl NodeLink {
-    /// Gives both receive queues their filter banks, and enables the interrupt of the second one.
-    fn set_up(&mut self) {
-        self.is_set_up = true;
-        CAN1.fmr().modify(|w| w.set_finit(true));
-        for bank in 0..BANKS {
-            // Lists of identifiers of 16 bits.
-            CAN1.fm1r().modify(|w| w.set_fbm(bank, true));
-            CAN1.fs1r().modify(|w| w.set_fsc(bank, false));
-            CAN1.ffa1r().modify(|w| w.set_ffa(bank, bank == 0));
-        }
-        CAN1.fmr().modify(|w| w.set_finit(false));
-        // SAFETY: the handler uses the owner, which calls this.
-        unsafe { interrupt::CAN1_RX1.enable() };
-    }
-
     fn fill(&mut self) {
         while let Some(step) = self.outbox.step() {
             match step {
@@ -66,22 +49,26 @@ impl NodeLink {
 impl CanLink for NodeLink {
     type Node = Self;
 
-    const NEW: Self = NodeLink { outbox: Outbox::new(), controller: None, is_set_up: false };
-
     const IN_ORDER: bool = false;
 
-    fn join(&mut self, controller: Can) {
-        self.controller = Some(controller);
-    }
-
-    #[inline(always)]
-    fn is_joined(&self) -> bool {
-        self.controller.is_some()
+    /// Both receive queues get their filter banks, and the second one its interrupt.
+    fn new(controller: Can) -> Self {
+        CAN1.fmr().modify(|w| w.set_finit(true));
+        for bank in 0..BANKS {
+            // Lists of identifiers of 16 bits.
+            CAN1.fm1r().modify(|w| w.set_fbm(bank, true));
+            CAN1.fs1r().modify(|w| w.set_fsc(bank, false));
+            CAN1.ffa1r().modify(|w| w.set_ffa(bank, bank == 0));
+        }
+        CAN1.fmr().modify(|w| w.set_finit(false));
+        // SAFETY: the handler uses the owner, which calls this.
+        unsafe { interrupt::CAN1_RX1.enable() };
+        NodeLink { outbox: Outbox::new(), _controller: controller }
     }
 
     #[inline(always)]
     fn as_node(&mut self) -> Option<&mut Self> {
-        if self.is_joined() { Some(self) } else { None }
+        Some(self)
     }
 
     /// Off the bus nothing is on its way.
@@ -103,9 +90,6 @@ impl Bus for NodeLink {
 
     /// Banks that stay as they are let their frames pass all the time.
     fn listen_to(&mut self, filters: &Filters) {
-        if !self.is_set_up {
-            self.set_up();
-        }
         let (urgent, usual) = filters.split_at_checked(URGENT_FRAMES).unwrap_or((filters, &[]));
         let (first, second) = usual.split_at_checked(IN_BANK).unwrap_or((usual, &[]));
         for (number, listed) in [urgent, first, second].into_iter().enumerate() {

@@ -28,8 +28,7 @@ type Identifiers = Option<Vec<StandardId, { 4 * BANKS as usize }>>;
 
 /// The CAN link of TMCL.
 pub struct TmclLink {
-    /// The controller; `None` until it has joined the bus.
-    controller: Option<Can>,
+    controller: Can,
     /// Identifiers of requests and of replies with which the controller was told what to bring.
     told: Option<[Option<StandardId>; 3]>,
     /// The frames that wait for a mailbox, oldest first.
@@ -55,7 +54,7 @@ impl TmclLink {
     /// The oldest frame that has been received; `None` while there is none, or while no reply could be sent.
     #[inline(always)]
     fn read(&mut self) -> Option<Frame> {
-        if self.controller.is_none() || CAN1.rfr(FIFO).read().fmp() == 0 {
+        if CAN1.rfr(FIFO).read().fmp() == 0 {
             return None;
         }
         // A request stays in the queue while no mailbox is free for its reply; only a host that does not wait for replies
@@ -80,8 +79,8 @@ impl TmclLink {
     }
 
     /// Has the filters let data frames with these identifiers pass, or all frames.
-    fn listen_to(controller: &mut Can, identifiers: &Identifiers) {
-        let mut filters = controller.driver.modify_filters();
+    fn listen_to(&mut self, identifiers: &Identifiers) {
+        let mut filters = self.controller.driver.modify_filters();
         let mut rest = match identifiers {
             None => {
                 filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
@@ -105,17 +104,10 @@ impl TmclLink {
 impl CanLink for TmclLink {
     type Node = NodeLink;
 
-    const NEW: Self = TmclLink { controller: None, told: None, waiting: Deque::new() };
-
     const IN_ORDER: bool = true;
 
-    fn join(&mut self, controller: Can) {
-        self.controller = Some(controller);
-    }
-
-    #[inline(always)]
-    fn is_joined(&self) -> bool {
-        self.controller.is_some()
+    fn new(controller: Can) -> Self {
+        TmclLink { controller, told: None, waiting: Deque::new() }
     }
 
     /// Frames that are no requests are passed over.
@@ -135,9 +127,6 @@ impl CanLink for TmclLink {
 
     #[inline(always)]
     fn answer(&mut self, frame: &Frame) {
-        if self.controller.is_none() {
-            return;
-        }
         if has_room() {
             send(frame);
         } else {
@@ -147,11 +136,8 @@ impl CanLink for TmclLink {
 
     #[inline(always)]
     fn put_in_force(&mut self, settings: &LinkSettings) {
-        if self.controller.is_some()
-            && let Some(identifiers) = self.new_identifiers(settings)
-            && let Some(controller) = &mut self.controller
-        {
-            Self::listen_to(controller, &identifiers);
+        if let Some(identifiers) = self.new_identifiers(settings) {
+            self.listen_to(&identifiers);
         }
     }
 
