@@ -125,10 +125,19 @@ fn a_pin_that_the_board_has_otherwise_is_named() {
     static INPUT: Pinout =
         Pinout { inputs: &[(D, 10), (D, 12), (D, 13), (D, 9)], outputs: &[(D, 8), (D, 11)], ..Pinout::TMCM_1140 };
     assert_eq!(stop(&Pinout::TMCM_1140), "goes on");
-    assert_eq!(
-        stop(&SELECT),
-        "pin PA4: the firmware drives it low, while no chip is selected that it talks to, the emulated TMCM-1140 has nothing there"
-    );
+    static ENN: Pinout = Pinout { disable: (E, 7), ..Pinout::TMCM_1140 };
+    static OUTPUT: Pinout = Pinout { outputs: &[(E, 8), (D, 11)], ..Pinout::TMCM_1140 };
+    static LED: Pinout = Pinout { leds: [(C, 5), (E, 8)], ..Pinout::TMCM_1140 };
+    static DIRECTION: Pinout = Pinout { rs485: [(B, 10), (B, 11), (B, 1)], ..Pinout::TMCM_1140 };
+    static RS485: Pinout =
+        Pinout { rs485: [(B, 10), (D, 9), (E, 15)], inputs: &[(D, 8), (D, 12), (D, 13), (D, 7)], ..Pinout::TMCM_1140 };
+    static CAN: Pinout = Pinout { can: [(B, 8), (B, 9)], ..Pinout::TMCM_1140 };
+    for (pinout, pin) in [(&SELECT, "PA4"), (&ENN, "PE1"), (&OUTPUT, "PD10"), (&LED, "PC4"), (&DIRECTION, "PE15")] {
+        let told = format!("pin {pin}: the firmware drives it, the emulated TMCM-1140 has nothing there");
+        assert_eq!(stop(pinout), told);
+    }
+    assert_eq!(stop(&RS485), "pin PD9: the firmware uses USART3 without it, the emulated TMCM-1140 has RS485 there");
+    assert_eq!(stop(&CAN), "pin PB8: the firmware uses CAN1 without it, the emulated TMCM-1140 has CAN there");
     assert_eq!(
         stop(&BUS),
         "pin PB3: the firmware uses SPI1 without it, the emulated TMCM-1140 has the clock of SPI1 there"

@@ -105,14 +105,15 @@ pub(crate) struct Image<'a> {
 impl<'a> Image<'a> {
     pub(crate) fn read(path: &'a Path) -> Result<Self, Failure> {
         let elf = files::read_file(path, LARGEST_IMAGE);
-        let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {}", words(error))))?;
-        let model = image::model(&elf).map_err(|error| Self::failed(path, &error))?;
+        let none = |error: &dyn Display| Self::failed(path, error, options::IMAGES);
+        let elf = elf.map_err(|error| none(&format!("cannot be read: {}", words(error))))?;
+        let model = image::model(&elf).map_err(|error| none(&error))?;
         Ok(Image { path, elf, model })
     }
 
-    fn failed(path: &Path, error: &dyn Display) -> Failure {
+    fn failed(path: &Path, error: &dyn Display, advice: &str) -> Failure {
         let shown = path.display();
-        Failure::Failed(format!("--image: {shown}: {error}. {}", options::IMAGES))
+        Failure::Failed(format!("--image: {shown}: {error}. {advice}"))
     }
 
     /// The modules that run it.
@@ -122,7 +123,7 @@ impl<'a> Image<'a> {
         Fleet::start(members, SEED, |Member { model, world, eeprom }, seed| {
             let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
             let module = ImageModule::of(model.product(), &self.elf, world, eeprom, seed, setup);
-            module.map_err(|stop| Self::failed(self.path, &stop))
+            module.map_err(|stop| Self::failed(self.path, &stop, options::advice(&stop)))
         })
     }
 }

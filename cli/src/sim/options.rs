@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use hal_sim::clock::Nanos;
 use hal_sim::control::time;
+use hal_sim::mcu::Stop;
 use serde::Serialize;
 use tmcm_sim::protocol::Speed;
 use tmcm_sim::{FirmwareKind, Model, Product};
@@ -352,6 +353,17 @@ pub(super) const IMAGES: &str = "\
      `cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
      `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
 
+/// What helps whose image does not start.
+pub(super) fn advice(stop: &Stop) -> &'static str {
+    match stop {
+        Stop::Pin(_) => {
+            "The image is for another board than `--product` says, or for one of your own, whose pins the emulator has to \
+             know as well: docs/porting.md"
+        }
+        _ => IMAGES,
+    }
+}
+
 const EXAMPLES: &str = "\
 Examples:
   tmcl sim
@@ -386,6 +398,8 @@ pub(crate) fn address(text: &str) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
+    use hal_sim::mcu::Misfit;
+
     use super::*;
 
     #[test]
@@ -393,5 +407,12 @@ mod tests {
         assert_eq!(address("127.0.0.1:0"), Ok("127.0.0.1:0".into()));
         assert_eq!(address("[::1]:4140"), Ok("[::1]:4140".into()));
         assert!(["4140", ":4140", "localhost", "localhost:70000", ""].iter().all(|text| address(text).is_err()));
+    }
+
+    #[test]
+    fn whose_pins_are_others_is_not_told_how_to_build() {
+        let pin = Misfit { pin: (3, 10), firmware: "drives it", board: "TMCM-1140", part: "nothing" };
+        assert!(advice(&Stop::Pin(pin)).ends_with("docs/porting.md"));
+        assert!(advice(&Stop::Image("no ELF file".into())).contains("`cargo fw`"));
     }
 }

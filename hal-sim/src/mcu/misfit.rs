@@ -35,42 +35,25 @@ impl fmt::Display for Misfit {
     }
 }
 
-/// The pins of a board that the microcontroller must not drive as outputs, and all that are connected, one bit each.
+/// The pins that the microcontroller drives on a board, one bit for each of a port.
 #[derive(Debug)]
-pub(super) struct Pins {
-    others: [u32; 5],
-    connected: [u32; 5],
-}
+pub(super) struct OutputPins([u32; 5]);
 
-impl Pins {
+impl OutputPins {
     pub(super) fn of(pinout: &Pinout) -> Self {
-        let mask = |outputs: bool| {
-            let mut mask = [0; 5];
-            for ((port, pin), _, _) in pinout.parts().filter(|(_, _, output)| outputs || !output) {
-                if let Some(mask) = mask.get_mut(port) {
-                    *mask |= 1 << pin;
-                }
+        let mut outputs = [0; 5];
+        for ((port, pin), _, _) in pinout.parts().filter(|(_, _, output)| *output) {
+            if let Some(port) = outputs.get_mut(port) {
+                *port |= 1 << pin;
             }
-            mask
-        };
-        Self { others: mask(false), connected: mask(true) }
+        }
+        Self(outputs)
     }
 
     /// A pin that the firmware drives although it is no output on the board.
-    pub(super) fn driven(&self, ports: &[Gpio], pinout: &Pinout) -> Option<Misfit> {
-        let pin = first(ports, &self.others, |port, mask| port.outputs() & mask)?;
-        Some(Misfit::of(pinout, pin, "drives it"))
+    pub(super) fn misfit(&self, ports: &[Gpio], pinout: &Pinout) -> Option<Misfit> {
+        let driven = ports.iter().zip(self.0).map(|(port, outputs)| port.outputs() & !outputs);
+        let (port, pins) = driven.enumerate().find(|(_, pins)| *pins != 0)?;
+        Some(Misfit::of(pinout, (port, pins.trailing_zeros()), "drives it"))
     }
-
-    /// A pin that the firmware drives low although nothing is connected there: it may be meant for a chip select.
-    pub(super) fn low(&self, ports: &[Gpio], pinout: &Pinout) -> Option<Misfit> {
-        let pin = first(ports, &self.connected, |port, mask| port.outputs() & !port.levels() & !mask)?;
-        Some(Misfit::of(pinout, pin, "drives it low, while no chip is selected that it talks to"))
-    }
-}
-
-/// The first pin of those that `found` has for a port and its mask.
-fn first(ports: &[Gpio], masks: &[u32; 5], found: impl Fn(&Gpio, u32) -> u32) -> Option<Pin> {
-    let found = ports.iter().zip(masks).map(|(port, &mask)| found(port, mask));
-    found.enumerate().find(|(_, pins)| *pins != 0).map(|(port, pins)| (port, pins.trailing_zeros()))
 }

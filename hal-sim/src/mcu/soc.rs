@@ -213,10 +213,18 @@ impl Soc {
                 if let Some(frame) = self.peripherals.usarts[2].take_sent() {
                     self.wiring.transmit(frame, &self.peripherals.ports, &self.time);
                 }
+                if self.peripherals.usarts[2].bit_time().is_some() {
+                    self.wiring.use_rs485(&self.peripherals.ports);
+                }
             }
             Unit::Adc1 => self.convert(),
             Unit::OtgFs => self.host.notice(self.time.nanos(self.now), &self.peripherals.otg),
-            Unit::Can1 if !self.wiring.has_can(&self.peripherals.ports) => self.peripherals.can.disconnect(),
+            Unit::Can1 if !self.wiring.has_can(&self.peripherals.ports) => {
+                if self.peripherals.can.takes_part() {
+                    self.wiring.use_can(&self.peripherals.ports);
+                }
+                self.peripherals.can.disconnect();
+            }
             _ => {}
         }
         if self.peripherals.exti.watched() != 0 && unit.decides_on_pins() {

@@ -1,7 +1,7 @@
 //! The board at the microcontroller's pins, as a [`Pinout`] says: its chips, its inputs and outputs, its transceivers.
 
 use super::gpio::Gpio;
-use super::misfit::{Misfit, Pins};
+use super::misfit::{Misfit, OutputPins};
 use super::peripheral::Cycles;
 use super::pinout::{Pin, Pinout};
 use super::rs485::Rs485;
@@ -72,7 +72,7 @@ pub struct Wiring {
     pub(super) board: Board,
     pub(super) rs485: Rs485,
     pinout: &'static Pinout,
-    pins: Pins,
+    outputs_of_board: OutputPins,
     /// The first pin about which firmware and board disagree.
     misfit: Option<Misfit>,
     /// The ports that the board drives pins of, one bit each.
@@ -107,7 +107,7 @@ impl Wiring {
             board,
             rs485: Rs485::default(),
             pinout,
-            pins: Pins::of(pinout),
+            outputs_of_board: OutputPins::of(pinout),
             misfit: None,
             driven: pinout.driven_ports(),
             disable_pulled_up: true,
@@ -148,7 +148,7 @@ impl Wiring {
         time: &Timebase,
     ) -> Result<(), &'static str> {
         let pinout = self.pinout;
-        self.misfit = self.misfit.or_else(|| self.pins.driven(ports, pinout));
+        self.misfit = self.misfit.or_else(|| self.outputs_of_board.misfit(ports, pinout));
         for (select, &(pin, chip)) in self.selects.iter_mut().zip(pinout.selects) {
             let low = level(ports, pin) == Some(false);
             if low != select.is_low() {
@@ -299,8 +299,7 @@ impl Wiring {
         time: &Timebase,
     ) -> Result<u16, &'static str> {
         let (pins, function) = bus.pins(self.pinout);
-        if let Some(pin) = pins.iter().find(|&&pin| alternate(ports, pin) != Some(function)) {
-            self.misfit.get_or_insert_with(|| Misfit::of(self.pinout, *pin, bus.unused()));
+        if self.lacks(&pins, function, bus.unused(), ports) {
             return Ok(if word.wide { FLOATING << 8 | FLOATING } else { FLOATING });
         }
         if mode != SPI_MODE {
@@ -311,11 +310,29 @@ impl Wiring {
         if self.on(bus).count() > 1 {
             return Err("two chips are selected on one bus");
         }
-        if chip.is_none() {
-            self.misfit = self.misfit.or_else(|| self.pins.low(ports, self.pinout));
-        }
         let mut byte = |mosi: u8| chip.map_or(FLOATING, |chip| self.board.byte(chip, mosi).into());
         Ok(if word.wide { byte((word.mosi >> 8) as u8) << 8 | byte(word.mosi as u8) } else { byte(word.mosi as u8) })
+    }
+
+    /// Whether one of the `pins` of a port that is in use does not have the port's `function`, which is noted with what the
+    /// `firmware` does.
+    fn lacks(&mut self, pins: &[Pin], function: u32, firmware: &'static str, ports: &[Gpio]) -> bool {
+        let lacking = pins.iter().find(|&&pin| alternate(ports, pin) != Some(function));
+        if let Some(&pin) = lacking {
+            self.misfit.get_or_insert_with(|| Misfit::of(self.pinout, pin, firmware));
+        }
+        lacking.is_some()
+    }
+
+    /// USART3 is switched on: so the RS485 transceiver is to be there.
+    pub(super) fn use_rs485(&mut self, ports: &[Gpio]) {
+        let [sends, receives, _] = self.pinout.rs485;
+        self.lacks(&[sends, receives], AF_USART3, "uses USART3 without it", ports);
+    }
+
+    /// CAN1 takes part in a bus: so the CAN transceiver is to be there.
+    pub(super) fn use_can(&mut self, ports: &[Gpio]) {
+        self.lacks(&self.pinout.can, AF_CAN1, "uses CAN1 without it", ports);
     }
 
     /// Whether the RS485 transceiver's receiver is connected to USART3.

@@ -140,6 +140,11 @@ impl Can {
         self.bus
     }
 
+    /// Whether the controller is to take part in a bus: it neither sleeps nor is being initialised.
+    pub(super) fn takes_part(&self) -> bool {
+        !bit(self.mcr, INRQ) && !bit(self.mcr, SLEEP)
+    }
+
     /// The pins are not those of the controller: it is on no bus.
     pub(super) fn disconnect(&mut self) {
         self.traffic = None;
