@@ -212,6 +212,26 @@ pub(crate) fn words(command: &str) -> Vec<String> {
     words
 }
 
+/// Puts numbers in the places of others, all at once: one that is put may begin like one that is to be replaced.
+fn with_numbers(text: &str, others: &BTreeMap<String, String>) -> String {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let (mut told, mut rest) = (String::new(), text);
+    while let Some(start) = rest.find(is_digit) {
+        let (before, from) = rest.split_at(start);
+        let (number, after) = from.split_at(from.find(|c| !is_digit(c)).unwrap_or(from.len()));
+        told.extend([before, others.get(number).map_or(number, String::as_str)]);
+        rest = after;
+    }
+    told + rest
+}
+
+#[test]
+fn free_ports_may_look_like_those_of_a_page() {
+    let ports = [("4140", "41411"), ("4141", "34140")].map(|(shown, real)| (shown.to_owned(), real.to_owned()));
+    let real = with_numbers("tcp:127.0.0.1:4140 4141, 4140", &ports.into());
+    assert_eq!(real, "tcp:127.0.0.1:41411 34140, 41411");
+}
+
 /// Whether a line is like a pattern: `#` stands for a number, `...` at the end for the rest, a space for any.
 fn fits(pattern: &str, line: &str) -> bool {
     let line = line.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -256,7 +276,7 @@ impl Reader {
     /// A word of the page as it is used here.
     fn real(&self, word: &str) -> String {
         let word = word.replace(PORTS, &format!("{}/", self.folder.path().display()));
-        self.ports.iter().fold(word, |word, (shown, real)| word.replace(shown, real))
+        with_numbers(&word, &self.ports)
     }
 
     /// What is said here as the page has it.
