@@ -274,7 +274,6 @@ impl Machine {
     }
 
     /// Goes on with the next command, because the present command is done.
-    #[inline]
     pub fn next(&mut self) {
         self.go_to(self.counter.saturating_add(1));
     }
@@ -330,7 +329,6 @@ impl Machine {
     }
 
     /// Goes on at an address. The program ends if the address lies behind program memory.
-    #[inline]
     pub(super) fn go_to(&mut self, address: u16) {
         self.arrive(address);
         if address >= self.size {
