@@ -14,7 +14,8 @@
 //!   in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
 //! * Traits and functions of the firmware, an axis and what it is made of are small: `layers/sizes.rs`.
 //! * The services of CiA 301 use nothing of the firmware but frames and units.
-//! * The simulated hardware does not use the firmware, and the virtual modules do not use the command line.
+//! * The simulated hardware does not use the firmware, the virtual modules do not use the tools, and the tools neither the
+//!   command line nor an operating system: `layers/world.rs`.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
 //! * Only the board uses `unsafe`.
@@ -36,6 +37,8 @@ mod sizes;
 mod tokens;
 #[path = "layers/words.rs"]
 mod words;
+#[path = "layers/world.rs"]
+mod world;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -321,7 +324,7 @@ fn the_services_of_cia_301_know_no_node() {
 /// The roots of all crates of the workspace.
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
-    for package in ["", "fw", "hal-sim", "sim", "cli", "tests/panic_free"] {
+    for package in ["", "fw", "hal-sim", "sim", "tools", "cli", "tests/panic_free"] {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {
@@ -335,10 +338,13 @@ fn roots() -> Vec<PathBuf> {
     roots
 }
 
-/// Crates, each with the crates that it must not use. The virtual modules are for other people's tests: they bring along
-/// neither the command line nor what only Unix has.
-const CRATES_APART: [(&str, &[&str]); 2] =
-    [("hal-sim", &["tmcm", "tmcm_sim", "tmcl_cli"]), ("sim", &["tmcl_cli", "clap", "rustix"])];
+/// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they bring
+/// along neither the command line nor what only Unix has.
+const CRATES_APART: [(&str, &[&str]); 3] = [
+    ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_cli"]),
+    ("sim", &["tmcl_tools", "tmcl_cli", "clap", "rustix"]),
+    ("tools", &["tmcl_cli", "clap", "rustix"]),
+];
 #[test]
 fn crates_use_only_those_below_them() {
     for (folder, forbidden) in CRATES_APART {
@@ -394,7 +400,7 @@ fn unsafe_is_left_to_the_board() {
     let board = root().join("src/board");
     // This image uses `unsafe` once, to call a function that does not exist, so that code that can panic does not link.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for folder in ["src", "fw", "hal-sim", "sim", "cli", "tests", "benches", "build.rs"] {
+    for folder in ["src", "fw", "hal-sim", "sim", "tools", "cli", "tests", "benches", "build.rs"] {
         for path in
             sources(&root().join(folder)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
         {
@@ -409,7 +415,7 @@ fn unsafe_is_left_to_the_board() {
 fn nothing_knows_the_folder_in_which_it_was_compiled() {
     let folders = ["MANIFEST_DIR", "TARGET_TMPDIR", "BIN_EXE_"].map(|name| format!("env!(\"CARGO_{name}"));
     let mut checked = 0;
-    for folder in ["src", "fw", "hal-sim", "sim", "cli", "tests", "benches", "build.rs"] {
+    for folder in ["src", "fw", "hal-sim", "sim", "tools", "cli", "tests", "benches", "build.rs"] {
         for path in sources(&root().join(folder)) {
             let text = fs::read_to_string(&path).unwrap();
             assert!(!folders.iter().any(|name| text.contains(name)), "{}", path.display());

@@ -4,15 +4,15 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use tmcm::tmcl::{Command, Status};
+use tmcl_tools::conversation::Identity;
+use tmcl_tools::disasm;
+use tmcl_tools::dump::{heading, read, summary, trim};
+use tmcl_tools::program::{address, is_readable};
 
-use crate::conversation::{Conversation, Identity, Reach};
-use crate::disasm;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::product::short;
-use crate::program::{address, end, goes_on, is_readable};
-use crate::progress::Progress;
+use crate::progress;
+use crate::reach::Reach;
 use crate::signal::EndSignal;
 use crate::tell;
 
@@ -59,7 +59,7 @@ const MOST: usize = 1 << 16;
 /// Reads the program in a module and writes its source.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
-    let mut module = Conversation::open(&options.reach)?;
+    let mut module = options.reach.open()?;
     let identity = module.identity()?;
     let addresses = addresses(options, identity)?;
     if !is_readable(&mut module)? {
@@ -67,7 +67,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
                        protection, and erases the program";
         return Err(Failure::Failed(message.into()));
     }
-    let mut commands = read(&mut module, addresses, &signal)?;
+    let mut commands = read(&mut module, addresses, &signal, &mut progress::bar())?;
     if options.count.is_none() {
         trim(&mut commands);
     }
@@ -98,84 +98,4 @@ fn addresses(options: &Options, identity: Identity) -> Result<std::ops::Range<us
         return Err(Failure::Failed(format!("{wanted}: program memory ends at {}", size.saturating_sub(1))));
     }
     Ok(at..end)
-}
-
-/// Reads the commands at some addresses, or up to the end of program memory, where a module refuses to go on.
-fn read(
-    module: &mut Conversation,
-    addresses: std::ops::Range<usize>,
-    signal: &EndSignal,
-) -> Result<Vec<Command>, Failure> {
-    let mut progress = Progress::new("reading the program", addresses.len());
-    let mut commands = Vec::new();
-    for address in addresses {
-        if signal.happened() {
-            return Err(signal.failure("interrupted; nothing has been written"));
-        }
-        let Ok(address) = u16::try_from(address) else { break };
-        match module.memory(address) {
-            Ok(command) => commands.push(command),
-            Err(error) if error.is(Status::InvalidValue) && !commands.is_empty() => break,
-            Err(error) => return Err(error.into()),
-        }
-        progress.reach(commands.len());
-    }
-    Ok(commands)
-}
-
-/// Takes the empty commands at the end away, but for one that ends the program.
-fn trim(commands: &mut Vec<Command>) {
-    let is_empty = |command: &Command| *command == Command::default();
-    let used = commands.iter().rposition(|command| !is_empty(command)).map_or(0, |last| last + 1);
-    let ends = commands.get(..used).and_then(<[Command]>::last).is_none_or(|last| !goes_on(last));
-    commands.truncate(if ends { used } else { used + 1 });
-}
-
-/// What the source is and how it becomes a program again.
-fn heading(commands: &[Command], at: u16, identity: Identity) -> String {
-    let number = identity.number;
-    let version = identity.version.map_or_else(String::new, |_| format!(" ({identity})"));
-    let mut call = "tmcl asm".to_string();
-    if let Some(product) = identity.product {
-        call += &format!(" --product {}", short(product));
-    }
-    if at > 0 {
-        call += &format!(" --origin {at}");
-    }
-    format!(
-        "// TMCM-{number}{version}: {}\n// Assembled by {call} it has the same commands again.\n",
-        summary(commands, at)
-    )
-}
-
-/// How many commands there are and where.
-fn summary(commands: &[Command], at: u16) -> String {
-    let Some(last) = commands.len().checked_sub(1) else { return "program memory is empty".into() };
-    let at = usize::from(at);
-    let plural = if last == 0 { "" } else { "s" };
-    let mut text = format!("{} command{plural}, addresses {at} to {}", commands.len(), at + last);
-    let end = end(commands, at);
-    if end < commands.len() {
-        text += &format!("; the program that begins at {at} ends at {}", at + end - 1);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_empty_at_the_end_is_left_out_unless_it_ends_the_program() {
-        let trimmed = |text: &str| {
-            let mut commands: Vec<Command> = text.lines().map(|line| tmcm::tmcl::text::parse(line).unwrap()).collect();
-            trim(&mut commands);
-            commands.len()
-        };
-        assert_eq!(trimmed("MST 0\nSTOP\n0, 0, 0, 0\n0, 0, 0, 0"), 2);
-        assert_eq!(trimmed("MST 0\n0, 0, 0, 0\n0, 0, 0, 0"), 2);
-        assert_eq!(trimmed("0, 0, 0, 0\nMST 0\n0, 0, 0, 0\nJA 1\n0, 0, 0, 0"), 4);
-        assert_eq!(trimmed("MST 0\nMST 0"), 2);
-        assert_eq!((trimmed("0, 0, 0, 0\n0, 0, 0, 0"), trimmed("")), (0, 0));
-    }
 }

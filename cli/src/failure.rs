@@ -4,6 +4,9 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
+use tmcl_tools::conversation::Error;
+use tmcl_tools::debug::Trouble;
+
 use crate::wording::words;
 
 /// Exit code of a program that is ended by the signal of this number, as shells show it: 130 after Ctrl-C (SIGINT), 143
@@ -67,6 +70,27 @@ impl fmt::Display for Failure {
 }
 
 impl std::error::Error for Failure {}
+
+impl From<tmcl_tools::failure::Failure> for Failure {
+    fn from(failure: tmcl_tools::failure::Failure) -> Self {
+        match failure {
+            tmcl_tools::failure::Failure::Failed(message) => Failure::Failed(message),
+            tmcl_tools::failure::Failure::Interrupted { signal, message } => Failure::Interrupted { signal, message },
+        }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        tmcl_tools::failure::Failure::from(error).into()
+    }
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        tmcl_tools::failure::Failure::from(trouble).into()
+    }
+}
 
 /// An error of standard output ends the subcommand, because nobody reads the output any more.
 impl From<std::io::Error> for Failure {

@@ -2,8 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, ErrorKind, IsTerminal, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use tmcl_tools::sources::Sources;
 
 use crate::failure::Failure;
 use crate::poll::readable;
@@ -101,6 +103,23 @@ impl Read for Typed {
                 return Ok(rustix::io::read(&stdin, buffer)?);
             }
         }
+    }
+}
+
+/// The files of this computer as sources of programs.
+pub(crate) struct Files;
+
+impl Sources for Files {
+    fn read(&self, name: &Path) -> Result<String, String> {
+        read_source(name).map_err(|failure| failure.to_string())
+    }
+
+    fn exists(&self, name: &Path) -> bool {
+        name.exists()
+    }
+
+    fn canonical(&self, name: &Path) -> PathBuf {
+        name.canonicalize().unwrap_or_else(|_| name.into())
     }
 }
 

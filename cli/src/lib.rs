@@ -1,10 +1,9 @@
 //! The program `tmcl` as a library. Its virtual modules are those of [`tmcm_sim`].
 //!
-//! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
 //! * [`sim`] - virtual modules in real time, with links that host software opens
 //! * [`world`] - `tmcl world`: the world around virtual modules, by the control port
 //! * [`link`] - the host's end of a link to a module
-//! * [`conversation`] - requests to one module over a link, with decoded replies
+//! * [`reach`] - the options that name a module, and the link to it
 //! * [`send`] - `tmcl send`: commands to a module, replies in words
 //! * [`shell`] - `tmcl shell`: commands, watching and jogging at a terminal
 //! * [`asm`] - `tmcl asm`: the assembler for TMCL programs
@@ -22,8 +21,6 @@
 //! * [`program`] - TMCL programs in files and in a module's program memory
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
-//! * [`product`] - the products that are known
-//! * [`request`] - commands as the user types them
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`signal`] - signals that ask the program to end
 //! * [`tell`] - what is told on standard output and standard error, without what controls a terminal
@@ -35,7 +32,6 @@
 pub mod asm;
 pub mod calc;
 pub mod completions;
-pub mod conversation;
 pub mod debug;
 pub mod disasm;
 mod draft;
@@ -46,23 +42,18 @@ mod files;
 pub mod link;
 pub mod load;
 pub mod monitor;
-mod number;
 pub mod output;
 pub mod params;
 mod poll;
-pub mod product;
 pub mod program;
 pub mod progress;
-pub mod request;
+pub mod reach;
 pub mod run;
 pub mod scan;
 pub mod send;
 pub mod shell;
 pub mod signal;
 pub mod sim;
-pub mod slcan;
-mod suggest;
-mod svg;
 pub mod tell;
 pub mod terminal;
 pub mod testing;

@@ -6,10 +6,12 @@ use std::process::ExitCode;
 use clap::builder::{Resettable, StyledStr};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use tmcl_tools::product;
+
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, product, run, scan, send, shell, sim,
-    tell, testing, tune, version, world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tell,
+    testing, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.

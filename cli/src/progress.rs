@@ -54,6 +54,17 @@ impl Drop for Progress {
     }
 }
 
+/// A bar for the job that tells how far it has got, from its beginning until this is dropped.
+pub fn bar() -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
+    let mut bar: Option<Progress> = None;
+    move |told| {
+        if told.done == 0 {
+            bar = None;
+        }
+        bar.get_or_insert_with(|| Progress::new(told.what, told.total)).reach(told.done);
+    }
+}
+
 /// The bar on a terminal with so many columns, without the last of them: the next line would begin behind that. Where it
 /// is narrow the bar is shorter, or left out, and at last the text is cut.
 fn drawn(what: &str, percent: usize, columns: usize) -> String {

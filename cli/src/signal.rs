@@ -8,6 +8,7 @@ use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use tmcl_tools::stop::Stop;
 
 use crate::failure::Failure;
 use crate::poll::readable;
@@ -67,23 +68,10 @@ impl EndSignal {
         Ok(EndSignal { bell, caught })
     }
 
-    /// True if a signal has come.
-    pub fn happened(&self) -> bool {
-        self.within(Duration::ZERO)
-    }
-
-    /// Sleeps for `time`, or until a signal comes. True if a signal has come.
-    pub fn within(&self, time: Duration) -> bool {
-        // If the descriptor cannot be polled, the loops that call this would never end; so an error counts as a signal.
-        readable(&self.bell, Instant::now() + time).unwrap_or(true)
-    }
-
     /// The failure of a subcommand that a signal has ended, with what the user has to know about it; nothing is said if
     /// that is empty.
     pub fn failure(&self, message: impl Into<String>) -> Failure {
-        // Without a signal the descriptor has failed, and it is as if the user had ended the program.
-        let signal = u8::try_from(self.caught.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0);
-        Failure::Interrupted { signal: signal.unwrap_or(SIGINT as u8), message: message.into() }
+        Failure::Interrupted { signal: self.signal(), message: message.into() }
     }
 
     /// True if the signal that has come is Ctrl-C, after which an interactive program may go on.
@@ -96,6 +84,19 @@ impl EndSignal {
         let mut rings = [0; 64];
         while self.bell.read(&mut rings).is_ok_and(|count| count > 0) {}
         self.caught.store(0, Ordering::SeqCst);
+    }
+}
+
+impl Stop for EndSignal {
+    /// Without a signal the descriptor has failed, and it is as if the user had ended the program.
+    fn signal(&self) -> u8 {
+        let signal = u8::try_from(self.caught.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0);
+        signal.unwrap_or(SIGINT as u8)
+    }
+
+    fn within(&self, time: Duration) -> bool {
+        // If the descriptor cannot be polled, the loops that call this would never end; so an error counts as a signal.
+        readable(&self.bell, Instant::now() + time).unwrap_or(true)
     }
 }
 

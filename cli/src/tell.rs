@@ -4,35 +4,12 @@
 //! control a terminal could clear its screen, change its title or show text in another order than it has, so they are shown
 //! and never sent.
 
-use std::borrow::Cow;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::io::{self, IsTerminal, Stderr, StdoutLock, Write};
 
 use anstream::stream::RawStream;
 use anstream::{AutoStream, ColorChoice};
-
-/// A text in which characters that control terminals are shown by their numbers, as JSON writes them: `\u001b` for ESC. A line
-/// of JSON says the same as before. Ends of lines and tabs stay.
-pub fn shown(text: &str) -> Cow<'_, str> {
-    if !text.contains(controls) {
-        return Cow::Borrowed(text);
-    }
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        match controls(c) {
-            // Writing to a string cannot fail.
-            true => _ = write!(shown, "\\u{:04x}", u32::from(c)),
-            false => shown.push(c),
-        }
-    }
-    Cow::Owned(shown)
-}
-
-/// Whether a character controls a terminal: the codes of C0 and C1, and those that change the direction of text.
-fn controls(c: char) -> bool {
-    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    turns || c.is_control() && c != '\n' && c != '\t'
-}
+use tmcl_tools::shown::shown;
 
 /// When words have colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -189,6 +166,6 @@ mod tests {
         let value = serde_json::json!({ "name": "\u{1b}]0;x\u{7}\u{9d}\u{7f}\u{202e}" });
         let line = value.to_string();
         assert_eq!(serde_json::from_str::<serde_json::Value>(&shown(&line)).unwrap(), value);
-        assert!(!shown(&line).contains(controls));
+        assert!(!shown(&line).contains(|c: char| c.is_control() || c == '\u{202e}'));
     }
 }

@@ -1,7 +1,7 @@
 //! What the debugger completes when the user presses Tab.
 
-use super::action::WORDS;
-use super::register::Register;
+use tmcl_tools::debug::{Register, WORDS};
+
 use crate::terminal::editor::{Complete, begins, word};
 
 /// The words that can be typed behind a command.

@@ -2,44 +2,28 @@
 //!
 //! TMCL has no breakpoints. The host lets the module execute one command at a time, and compares the program counter
 //! with its own list of breakpoints.
-//!
-//! * `action` - the commands as the user types them
-//! * `names`, `quantity`, `place`, `condition` - what the operands of the commands mean
-//! * `register`, `subroutine`, `breakpoints` - what is known of the program
-//! * `debugger` - carries the commands out
-//! * [`state`] - what came of it, as values; `words` makes the text of them
 
-mod action;
-mod breakpoints;
 mod completion;
-mod condition;
-mod debugger;
-mod names;
-mod place;
-mod quantity;
-mod register;
-pub mod state;
-mod subroutine;
-mod trouble;
-mod words;
 
 use std::io::Write;
+use std::path::Path;
 
 use clap::Args;
+use tmcl_tools::debug::state::Told;
+use tmcl_tools::debug::{Action, Around, Debugger, Trouble, words};
+use tmcl_tools::product::Product;
+use tmcl_tools::program::{Program, download, is_readable, verify};
+use tmcl_tools::stop::Stop;
 use tmcm::tmcl::Opcode;
 
-use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::files::is_standard;
-use crate::program::{ProgramThere, download, is_readable, read_program, verify};
+use crate::program::{ProgramThere, read_program};
+use crate::progress;
 use crate::signal::EndSignal;
 use crate::tell::{self, Tone};
 use crate::terminal::editor::{Editor, Input};
-use action::Action;
 use completion::Completion;
-use debugger::Debugger;
-use state::Told;
-use trouble::Trouble;
 
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
@@ -82,16 +66,16 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return Err(Failure::Arguments(message.into()));
     }
     // Until the link is open, Ctrl-C ends the program at once: looking for a host may take long.
-    let mut module = Conversation::open(&options.program.reach)?;
+    let mut module = options.program.reach.open()?;
     let mut signal = EndSignal::watch()?;
     let program = read_program(file, module.product()?)?;
     if options.attach {
         // A program that is protected from being read cannot be compared with the file.
         if is_readable(&mut module)? {
-            verify(&mut module, &program, 0, &signal)?;
+            verify(&mut module, &program, 0, &signal, &mut progress::bar())?;
         }
     } else {
-        download(&mut module, &program, 0, &signal)?;
+        download(&mut module, &program, 0, &signal, &mut progress::bar())?;
         module.control(Opcode::ResetApplication, 0, 0)?;
     }
     let mut debugger = Debugger::new(&mut module, file.clone(), program)?;
@@ -106,6 +90,14 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Err(_) => {}
     }
     done
+}
+
+/// Reads a program again that is in a module.
+fn reread(file: &Path, product: Option<Product>) -> Result<Program, String> {
+    read_program(file, product).map_err(|failure| match failure {
+        Failure::Reported => "the module still has the program as it was; mend the file and reload".into(),
+        failure => format!("{failure}; the module still has the program as it was"),
+    })
 }
 
 /// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before the
@@ -138,7 +130,7 @@ fn converse(
                 let _ = tell::error(format_args!("line {number}: {message}"));
                 return Err(Failure::Reported);
             }
-            Err(Trouble::Failure(failure)) => return Err(failure),
+            Err(Trouble::Failure(failure)) => return Err(failure.into()),
         }
         out.flush()?;
         if signal.happened() {
@@ -157,7 +149,8 @@ fn converse(
             Ok(Some(Action::Quit)) => break,
             Ok(Some(action)) => {
                 last = Some(action.again());
-                debugger.act(action, signal)
+                let mut around = Around { stop: &*signal, read: &mut reread, progress: &mut progress::bar() };
+                debugger.act(action, &mut around)
             }
             Ok(None) => Ok(Told::Nothing),
             Err(message) => Err(message.into()),

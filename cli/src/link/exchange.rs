@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 
-use super::{LinkError, Log, Question};
+use super::{LinkError, Log, Question, lost};
 use crate::poll::readable;
 use crate::signal::Wait;
 
@@ -45,7 +45,7 @@ impl Patience {
             if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
                 self.grace = Some((now + GRACE, signal));
             }
-            if readable(fd, self.until.min(now + LOOK))? {
+            if readable(fd, self.until.min(now + LOOK)).map_err(lost)? {
                 return Ok(true);
             }
             match self.grace {
@@ -71,7 +71,7 @@ pub(super) fn drop_stale(device: &mut impl Read, log: &mut Log) {
 /// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
 fn write_request(device: &mut impl Write, request: &Telegram, log: &mut Log) -> Result<(), LinkError> {
     log.out(log.now(), request);
-    Ok(device.write_all(request)?)
+    device.write_all(request).map_err(lost)
 }
 
 /// Asks a question over a device that is in non-blocking mode, and reads the reply, or gives up after `timeout`. Replies of
@@ -122,7 +122,7 @@ fn read_reply(device: &mut (impl Read + AsFd), patience: &mut Patience, log: &mu
                 bytes += count;
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(lost(error)),
         }
     }
     Ok(reply)

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
+use tmcl_tools::product::Product;
 use tmcm::can::Frame;
 use tmcm_sim::Client;
 use tmcm_sim::wire::{Place, Transcript};
@@ -12,7 +13,6 @@ use tmcm_sim::wire::{Place, Transcript};
 use super::LinkError;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::product::Product;
 
 /// The option, in messages.
 const OPTION: &str = "--log-telegrams";
@@ -113,7 +113,7 @@ impl Log {
     /// What has gone wrong with the file since the last call.
     pub(super) fn check(&mut self) -> Result<(), LinkError> {
         let failed = self.0.as_mut().and_then(|entries| entries.failed.take());
-        failed.map_or(Ok(()), |failure| Err(LinkError::Log(failure)))
+        failed.map_or(Ok(()), |failure| Err(LinkError::Log(Box::new(failure))))
     }
 
     fn note(&mut self, at: Duration, what: impl FnOnce(&mut Transcript, Nanos, Place)) {

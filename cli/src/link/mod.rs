@@ -8,18 +8,18 @@ mod simulated;
 mod slcan;
 mod tcp;
 
-use std::fmt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::product::Product;
+use tmcl_tools::stop::Stop;
+use tmcl_tools::wire::{LinkError, Wire};
 use tmcm::tmcl::Command;
-use tmcm::tmcl::binary::{TELEGRAM, Telegram};
+use tmcm::tmcl::binary::Telegram;
 use tmcm_sim::NativeModule;
 use tmcm_sim::wire::CAN;
 
 use crate::failure::Failure;
-use crate::product::Product;
-use crate::signal::EndSignal;
 use crate::wording;
 use log::Log;
 pub use log::LogFile;
@@ -100,98 +100,29 @@ fn meant(text: &str) -> Option<String> {
     (is_host && port.parse::<u16>().is_ok()).then(|| format!("tcp:{text}"))
 }
 
-/// The reason why a request has no reply.
-#[derive(Debug)]
-pub enum LinkError {
-    /// No complete reply came in time.
-    NoReply {
-        /// Number of bytes that came.
-        bytes: usize,
-    },
-    /// No module with the address has replied in time, but others have.
-    Others {
-        /// The address that was asked.
-        asked: u8,
-        /// The addresses in the replies.
-        answered: Vec<u8>,
-    },
-    /// The address is above 255, which only CAN identifiers may be.
-    Address,
-    /// The CAN adapter has refused to send the frame.
-    Refused,
-    /// The other side has closed the connection.
-    Closed,
-    /// A signal has ended the wait for a reply that does not come.
-    Interrupted {
-        /// The number of the signal.
-        signal: u8,
-    },
-    /// The log of what goes over the link cannot be written.
-    Log(Failure),
-    /// The device or the connection failed.
-    Io(std::io::Error),
-}
-
-impl fmt::Display for LinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            LinkError::NoReply { bytes: 0 } => {
-                f.write_str("no reply; check power, wiring, --address, and on RS485 --baud and termination")
-            }
-            LinkError::NoReply { bytes } => {
-                write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
-            }
-            LinkError::Others { asked, answered } => {
-                let (plural, others) = (if answered.len() == 1 { "" } else { "s" }, numbers(answered));
-                write!(
-                    f,
-                    "no reply from module {asked}, but module{plural} {others} answered; give --address, or --any-address if \
-                     the module asked is the only one, or has {asked} for its secondary address"
-                )
-            }
-            LinkError::Address => f.write_str("addresses go up to 255 on this link; only CAN has more, up to 2047"),
-            LinkError::Refused => f.write_str("the adapter refused the frame; check its power and the bus"),
-            LinkError::Closed => {
-                f.write_str("the other side has closed the connection; check the power of the module, and its cable")
-            }
-            LinkError::Log(failure) => failure.fmt(f),
-            LinkError::Interrupted { signal } => write!(f, "signal {signal} came before a reply"),
-            LinkError::Io(error) => write!(f, "the link failed: {}", wording::of(error)),
-        }
-    }
-}
-
-/// Numbers in words: `3, 4 and 7`.
-fn numbers(all: &[u8]) -> String {
-    let all: Vec<String> = all.iter().map(u8::to_string).collect();
-    match all.split_last() {
-        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
-        _ => all.concat(),
-    }
-}
-
-impl std::error::Error for LinkError {}
-
+/// The failure of a subcommand whose link has failed.
 impl From<LinkError> for Failure {
     fn from(error: LinkError) -> Self {
         match error {
             LinkError::Interrupted { signal } => Failure::Interrupted { signal, message: String::new() },
-            LinkError::Log(failure) => failure,
+            LinkError::Log(error) => match error.downcast() {
+                Ok(failure) => *failure,
+                Err(error) => Failure::Failed(error.to_string()),
+            },
             error => Failure::Failed(error.to_string()),
         }
     }
 }
 
-impl From<std::io::Error> for LinkError {
-    fn from(error: std::io::Error) -> Self {
-        LinkError::Io(error)
-    }
+/// The error of a device or a connection, in words.
+fn lost(error: impl Into<std::io::Error>) -> LinkError {
+    LinkError::Lost(wording::words(error))
 }
 
 /// An open link.
 #[derive(Debug)]
 pub struct Link {
-    wire: Wire,
+    kind: Kind,
     timeout: Duration,
     /// The reply of any module is taken, whatever address is in it.
     takes_any: bool,
@@ -202,7 +133,7 @@ pub struct Link {
 
 /// The kinds of links.
 #[derive(Debug)]
-enum Wire {
+enum Kind {
     Serial(Serial),
     Tcp(Tcp),
     SlcanSerial(Slcan<std::fs::File>),
@@ -227,19 +158,19 @@ impl Link {
             let message = "is for LINK sim; the module on this link has its own, which tmcl sim was given";
             return Err(Failure::Arguments(format!("{option} {message}")));
         }
-        let wire = match target {
-            LinkTarget::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
-            LinkTarget::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
+        let kind = match target {
+            LinkTarget::Serial(path) => Kind::Serial(Serial::open(path, baud)?),
+            LinkTarget::Tcp(address) => Kind::Tcp(Tcp::connect(address, timeout)?),
             LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
-            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(product, surroundings)?)),
+            LinkTarget::Simulated => Kind::Simulated(Box::new(Simulated::new(product, surroundings)?)),
         };
-        let takes_any = match &wire {
-            Wire::Serial(serial) => serial.is_alone(),
+        let takes_any = match &kind {
+            Kind::Serial(serial) => serial.is_alone(),
             // A frame is found by its identifier in any case.
-            Wire::Tcp(_) | Wire::SlcanSerial(_) | Wire::SlcanTcp(_) => false,
-            Wire::Simulated(_) => true,
+            Kind::Tcp(_) | Kind::SlcanSerial(_) | Kind::SlcanTcp(_) => false,
+            Kind::Simulated(_) => true,
         };
-        Ok(Link { wire, timeout, takes_any, log: Log::default(), opened: Instant::now() })
+        Ok(Link { kind, timeout, takes_any, log: Log::default(), opened: Instant::now() })
     }
 
     /// Takes the reply of any module from now on. Without this only a link to one module does: that of USB, and a module
@@ -248,11 +179,11 @@ impl Link {
         self.takes_any = true;
     }
 
-    fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
+    fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Kind, Failure> {
         let wire = match target {
-            LinkTarget::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
-            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.device).map(Wire::SlcanSerial),
-            LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
+            LinkTarget::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Kind::SlcanTcp),
+            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.device).map(Kind::SlcanSerial),
+            LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(lost(std::io::ErrorKind::Unsupported)),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }
@@ -262,64 +193,14 @@ impl Link {
     /// # Errors
     /// The file cannot be written.
     pub fn log_to(&mut self, file: &LogFile, product: Option<Product>) -> Result<(), Failure> {
-        let name = match &self.wire {
-            Wire::Serial(_) => "serial",
-            Wire::Tcp(_) => "tcp",
-            Wire::SlcanSerial(_) | Wire::SlcanTcp(_) => CAN,
-            Wire::Simulated(_) => "sim",
+        let name = match &self.kind {
+            Kind::Serial(_) => "serial",
+            Kind::Tcp(_) => "tcp",
+            Kind::SlcanSerial(_) | Kind::SlcanTcp(_) => CAN,
+            Kind::Simulated(_) => "sim",
         };
         self.log = file.begin(name, product)?;
         Ok(())
-    }
-
-    /// The virtual module inside this program, if the link leads to one.
-    pub fn simulated(&mut self) -> Option<&mut NativeModule> {
-        match &mut self.wire {
-            Wire::Simulated(module) => Some(&mut module.0),
-            _ => None,
-        }
-    }
-
-    /// Sets the longest wait for a reply.
-    pub fn set_timeout(&mut self, timeout: Duration) {
-        self.timeout = timeout;
-    }
-
-    /// Time since the link was opened: that of the clock on the wall, of a virtual module inside this program its virtual
-    /// time.
-    pub fn time(&self) -> Duration {
-        match &self.wire {
-            Wire::Simulated(module) => module.time(),
-            _ => self.opened.elapsed(),
-        }
-    }
-
-    /// Lets time pass for the module, or until a signal comes. True if a signal has come.
-    pub fn pause(&mut self, time: Duration, signal: &EndSignal) -> bool {
-        match &mut self.wire {
-            Wire::Simulated(module) => {
-                module.pass(time);
-                signal.happened()
-            }
-            _ => signal.within(time),
-        }
-    }
-
-    /// Sends a command to a module and waits for the reply. Bytes that came before the request are thrown away.
-    ///
-    /// # Errors
-    /// No reply has come, or the link has failed.
-    pub fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let reply = self.ask(address, command);
-        if let Err(LinkError::NoReply { .. } | LinkError::Others { .. }) = reply {
-            let now = match &self.wire {
-                Wire::Simulated(module) => module.time(),
-                _ => self.log.now(),
-            };
-            self.log.give_up(now);
-        }
-        self.log.check()?;
-        reply
     }
 
     fn ask(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
@@ -328,13 +209,56 @@ impl Link {
             Ok(address) => Ok(Question { address, command, takes_any }),
             Err(_) => Err(LinkError::Address),
         };
-        match &mut self.wire {
-            Wire::Serial(serial) => serial.exchange(&question()?, timeout, log),
-            Wire::Tcp(tcp) => tcp.exchange(&question()?, timeout, log),
-            Wire::SlcanSerial(adapter) => adapter.ask(address, command, timeout, log),
-            Wire::SlcanTcp(adapter) => adapter.ask(address, command, timeout, log),
-            Wire::Simulated(module) => module.exchange(&question()?.telegram(), timeout, log),
+        match &mut self.kind {
+            Kind::Serial(serial) => serial.exchange(&question()?, timeout, log),
+            Kind::Tcp(tcp) => tcp.exchange(&question()?, timeout, log),
+            Kind::SlcanSerial(adapter) => adapter.ask(address, command, timeout, log),
+            Kind::SlcanTcp(adapter) => adapter.ask(address, command, timeout, log),
+            Kind::Simulated(module) => module.exchange(&question()?.telegram(), timeout, log),
         }
+    }
+}
+
+impl Wire for Link {
+    fn simulated(&mut self) -> Option<&mut NativeModule> {
+        match &mut self.kind {
+            Kind::Simulated(module) => Some(&mut module.0),
+            _ => None,
+        }
+    }
+
+    fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    fn time(&self) -> Duration {
+        match &self.kind {
+            Kind::Simulated(module) => module.time(),
+            _ => self.opened.elapsed(),
+        }
+    }
+
+    fn pause(&mut self, time: Duration, stop: &dyn Stop) -> bool {
+        match &mut self.kind {
+            Kind::Simulated(module) => {
+                module.pass(time);
+                stop.happened()
+            }
+            _ => stop.within(time),
+        }
+    }
+
+    fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
+        let reply = self.ask(address, command);
+        if let Err(LinkError::NoReply { .. } | LinkError::Others { .. }) = reply {
+            let now = match &self.kind {
+                Kind::Simulated(module) => module.time(),
+                _ => self.log.now(),
+            };
+            self.log.give_up(now);
+        }
+        self.log.check()?;
+        reply
     }
 }
 

@@ -10,7 +10,7 @@ use rustix::termios::{OptionalActions, QueueSelector};
 use tmcm::tmcl::binary::Telegram;
 
 use super::exchange::{converse, drop_stale};
-use super::{LinkError, Log, Question};
+use super::{LinkError, Log, Question, lost};
 use crate::failure::Failure;
 use crate::sim::claim;
 use crate::wording::words;
@@ -66,7 +66,7 @@ impl Serial {
         log: &mut Log,
     ) -> Result<Telegram, LinkError> {
         drop_stale(&mut self.device, log);
-        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(std::io::Error::from)?;
+        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(lost)?;
         converse(&mut self.device, question, timeout, log)
     }
 }

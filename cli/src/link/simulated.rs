@@ -7,15 +7,15 @@ use std::time::Duration;
 use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
+use tmcl_tools::product::Product;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::Telegram;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 use super::{LinkError, Log};
 use crate::failure::Failure;
-use crate::product::Product;
 use crate::sim::eeprom::EepromFile;
 use crate::sim::read_world;
-use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;

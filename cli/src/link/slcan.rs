@@ -4,15 +4,15 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::slcan::{self, DONE, REFUSED};
 use tmcm::can::{CanFrame, Frame};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::{Command, can};
 use tmcm_sim::wire::reply_in_frame;
 
 use super::exchange::{Patience, STALE_READS};
-use super::{LinkError, Log};
+use super::{LinkError, Log, lost};
 use crate::poll::readable;
-use crate::slcan::{self, DONE, REFUSED};
 
 /// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets
 /// 1 Mbit/s (the module's default), O opens the channel.
@@ -72,13 +72,13 @@ impl<T: Read + Write + AsFd> Slcan<T> {
 
     fn write(&mut self, line: &str) -> Result<(), LinkError> {
         // The write does not block, because a line fits the device's buffer.
-        Ok(self.device.write_all(format!("{line}\r").as_bytes())?)
+        self.device.write_all(format!("{line}\r").as_bytes()).map_err(lost)
     }
 
     /// Drops everything that has come so far: late replies to earlier requests.
     fn forget(&mut self, log: &mut Log) -> Result<(), LinkError> {
         for _ in 0..STALE_READS {
-            if !readable(&self.device, Instant::now())? {
+            if !readable(&self.device, Instant::now()).map_err(lost)? {
                 break;
             }
             self.read()?;
@@ -120,7 +120,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
                 Ok(())
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(()),
-            Err(error) => Err(error.into()),
+            Err(error) => Err(lost(error)),
         }
     }
 }

@@ -4,8 +4,8 @@ mod options;
 mod transfer;
 mod watch;
 
-use crate::asm::Settings;
-use crate::conversation::Conversation;
+use tmcl_tools::asm::Settings;
+
 use crate::failure::Failure;
 use crate::files::is_standard;
 use crate::program::read_program;
@@ -28,7 +28,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         ));
     }
     let signal = EndSignal::watch()?;
-    let mut module = Conversation::open(&options.program.reach)?;
+    let mut module = options.program.reach.open()?;
     let settings = Settings { product: module.product()?, origin: at, strict: false };
     if options.watch {
         return watch::run(&mut module, settings, options, &signal);

@@ -1,8 +1,9 @@
 //! The arguments of `tmcl load`.
 
 use clap::Args;
+use tmcl_tools::program::address;
 
-use crate::program::{ProgramThere, address};
+use crate::program::ProgramThere;
 
 /// Load a TMCL program into a module, where it stays
 ///

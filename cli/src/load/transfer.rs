@@ -2,15 +2,16 @@
 
 use std::io::Write;
 
+use tmcl_tools::asm::Settings;
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::product::global_number;
+use tmcl_tools::program::{Program, download, explain, target, verify};
 use tmcm::param::GlobalParameter;
 use tmcm::tmcl::{Command, Opcode};
 
 use super::options::Options;
-use crate::asm::Settings;
-use crate::conversation::Conversation;
 use crate::failure::Failure;
-use crate::product::global_number;
-use crate::program::{Program, download, explain, target, verify};
+use crate::progress;
 use crate::signal::EndSignal;
 use crate::tell;
 
@@ -42,11 +43,11 @@ pub(super) fn load(
     signal: &EndSignal,
 ) -> Result<(), Failure> {
     let at = options.at;
-    download(module, program, at, signal)?;
+    download(module, program, at, signal, &mut progress::bar())?;
     let mut out = tell::out();
     writeln!(out, "loaded to addresses {at} to {}", usize::from(at) + program.commands.len() - 1)?;
     if options.verify {
-        verify(module, program, at, signal)?;
+        verify(module, program, at, signal, &mut progress::bar())?;
         writeln!(out, "the module has them as they are in the file")?;
     }
     if options.autostart {
@@ -78,8 +79,9 @@ fn jump_outside(program: &Program, at: u16) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use tmcl_tools::asm::assemble_text;
+
     use super::*;
-    use crate::asm::assemble_text;
 
     #[test]
     fn a_jump_to_an_address_below_an_assembled_program_is_warned_of() {

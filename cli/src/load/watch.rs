@@ -5,10 +5,12 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use tmcl_tools::asm::Settings;
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::stop::Stop;
+
 use super::options::Options;
 use super::transfer::{fit, load};
-use crate::asm::Settings;
-use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::program::read_watched;
 use crate::signal::EndSignal;

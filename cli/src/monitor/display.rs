@@ -3,13 +3,11 @@
 use std::io::{StdoutLock, Write};
 use std::time::Duration;
 
+use tmcl_tools::monitor::{Column, Object, Sample, Shown, Speeds, headline, line, named, row, short, status, usual};
+use tmcl_tools::product::axis_number;
 use tmcm::param::AxisParameter;
 
-use super::column::Column;
-use super::line::{Shown, Speeds, line, named, short, status};
-use super::sample::{Object, Sample, headline, row};
 use crate::failure::Failure;
-use crate::product::axis_number;
 use crate::tell;
 use crate::terminal;
 
@@ -88,7 +86,7 @@ impl Display {
 
     /// What is shown of the axes, if their columns are the usual ones.
     fn usual(&self, samples: &[Sample]) -> Option<Vec<Shown>> {
-        if self.columns != super::column::usual() {
+        if self.columns != usual() {
             return None;
         }
         let all = self.axes.iter().zip(samples).zip(&self.seen);

@@ -1,26 +1,20 @@
 //! `tmcl monitor`: samples of the axes' positions, speeds, loads, flags and switches.
 
-mod column;
 mod display;
-mod line;
-mod pace;
-mod sample;
 
 use std::time::Duration;
 
 use clap::Args;
-use tmcm::tmcl::{Command, Opcode};
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::monitor::{Column, Pace, columns, sample, speeds};
+use tmcl_tools::number;
+use tmcl_tools::stop::Stop;
 
-use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
-use crate::number;
+use crate::reach::Reach;
 use crate::signal::EndSignal;
-use column::Column;
 use display::{Display, Form};
-use line::Speeds;
-use pace::Pace;
-use sample::sample;
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change
 ///
@@ -83,7 +77,7 @@ Examples:
 
 /// Shows samples until a signal comes or the wanted number has been shown.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let mut module = Conversation::open(&options.reach)?;
+    let mut module = options.reach.open()?;
     let axes = axes(&mut module, &options.axis)?;
     let columns = columns(&mut module, &axes, &options.params)?;
     let speeds = speeds(&mut module, &axes)?;
@@ -134,24 +128,6 @@ fn watch(
         due = (due + interval).max(now);
     }
     pace.at_the_end().map_or(Ok(()), |took| display.say(&too_short(took)))
-}
-
-/// The columns to show: the usual ones, or those that are wanted.
-fn columns(module: &mut Conversation, axes: &[u8], wanted: &[u8]) -> Result<Vec<Column>, Error> {
-    if wanted.is_empty() {
-        return Ok(column::usual());
-    }
-    for &number in wanted {
-        // A parameter that is asked for by number and does not exist is a mistake.
-        module.value(Command::new(Opcode::Gap as u8, number, axes.first().copied().unwrap_or_default(), 0))?;
-    }
-    Ok(column::of(wanted, module.product()?))
-}
-
-/// How speeds are shown: in the unit that the first axis has them in, as long as it watches.
-fn speeds(module: &mut Conversation, axes: &[u8]) -> Result<Speeds, Error> {
-    let in_chip = axes.first().map_or(Ok(false), |axis| module.is_in_chip_units(*axis))?;
-    Ok(Speeds::of(module.product()?, in_chip))
 }
 
 /// The axes to watch: those that are wanted, or else all that there are.

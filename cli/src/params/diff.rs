@@ -3,13 +3,16 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::file::{self, Setting};
-use super::save;
-use crate::conversation::{Conversation, LinkOptions, Reach};
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::params::{Setting, all, differences, values};
+use tmcl_tools::product::Product;
+
+use super::read;
 use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::link::LinkTarget;
-use crate::product::Product;
+use crate::progress;
+use crate::reach::{LinkOptions, Reach};
 use crate::signal::EndSignal;
 use crate::tell::{self, Tone};
 
@@ -66,13 +69,13 @@ impl Opened {
     fn open(side: &Side, link_options: &LinkOptions) -> Result<Self, Failure> {
         Ok(match side {
             Side::File(name) => {
-                let settings = file::read(Path::new(name))?;
+                let settings = read(Path::new(name))?;
                 let product = settings.product.and_then(Product::numbered);
                 Opened::File(Settings { number: settings.product, product, list: settings.list })
             }
             Side::Link(_, link) => {
                 let reach = Reach { link: link.clone(), link_options: link_options.clone() };
-                Opened::Module(Box::new(Conversation::open(&reach)?))
+                Opened::Module(Box::new(reach.open()?))
             }
         })
     }
@@ -84,8 +87,8 @@ impl Opened {
             Opened::Module(mut module) => {
                 let identity = module.identity()?;
                 let list = match asked {
-                    Some(asked) => save::values(&mut module, asked, signal)?,
-                    None => save::all(&mut module, signal)?,
+                    Some(asked) => values(&mut module, asked, signal, &mut progress::bar())?,
+                    None => all(&mut module, signal, &mut progress::bar())?,
                 };
                 Ok(Settings { number: Some(identity.number), product: identity.product, list })
             }
@@ -130,41 +133,4 @@ pub(super) fn diff(a: &Side, b: &Side, link_options: &LinkOptions) -> Result<(),
         out.toned("", if line.starts_with('-') { Tone::Former } else { Tone::Changed }, line, "\n")?;
     }
     Err(Failure::Reported)
-}
-
-/// The lines that tell what is different, in the order of the first list; what only the second has comes last.
-fn differences(first: &[Setting], second: &[Setting], product: Option<Product>) -> Vec<String> {
-    // A file may have a setting twice; the last line is the one that stays.
-    let find = |list: &[Setting], setting: &Setting| list.iter().rev().find(|other| other.is_same(*setting)).copied();
-    let mut lines = Vec::new();
-    for (index, setting) in first.iter().enumerate() {
-        let is_overwritten = first.iter().skip(index + 1).any(|later| later.is_same(*setting));
-        let other = find(second, setting);
-        if !is_overwritten && other != Some(*setting) {
-            lines.push(format!("-{}", setting.line(product)));
-            lines.extend(other.map(|other| format!("+{}", other.line(product))));
-        }
-    }
-    for (index, setting) in second.iter().enumerate() {
-        let is_overwritten = second.iter().skip(index + 1).any(|later| later.is_same(*setting));
-        if !is_overwritten && find(first, setting).is_none() {
-            lines.push(format!("+{}", setting.line(product)));
-        }
-    }
-    lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_of_both_sides_stand_together() {
-        let axis = |number, value| Setting::Axis { number, axis: 0, value };
-        let first = [axis(4, 1000), axis(5, 7), axis(6, 100), axis(4, 1500)];
-        let second = [axis(6, 100), axis(4, 2000), axis(7, 8), axis(7, 9)];
-        let lines = differences(&first, &second, None);
-        assert_eq!(lines, ["-SAP 5, 0, 7", "-SAP 4, 0, 1500", "+SAP 4, 0, 2000", "+SAP 7, 0, 9"]);
-        assert!(differences(&first, &first, None).is_empty());
-    }
 }

@@ -1,24 +1,25 @@
 //! `tmcl params`: a module's settings one by one, as a table, and in files of TMCL commands.
 
 mod diff;
-mod file;
-mod list;
 mod one;
-mod place;
-mod restore;
-mod save;
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::params::{Assignment, Saved, Settings, Wanted, Where, check, list, restore, save};
+use tmcm::param::GlobalParameter;
 
-use crate::conversation::{Conversation, LinkOptions, Reach};
 use crate::failure::Failure;
+use crate::files::{name, read_named};
 use crate::link::LinkTarget;
+use crate::output::Output;
+use crate::progress;
+use crate::reach::{LinkOptions, Reach};
 use crate::signal::EndSignal;
+use crate::tell;
 use diff::Side;
-use one::Assignment;
-use place::Where;
 
 /// Read and change a module's settings, save them in a file, restore and compare them
 ///
@@ -174,7 +175,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(link) => Ok(Reach { link: link.clone(), link_options: options.link_options.clone() }),
         None => Err(Failure::Arguments("which module? Give its LINK before what to do: tmcl params LINK list".into())),
     };
-    let open = || Conversation::open(&reach()?);
+    let open = || reach()?.open();
     let open_at = |place: Place| {
         let mut module = open()?;
         match place.axis.map(|axis| module.no_such_axis(axis)).transpose()?.flatten() {
@@ -187,25 +188,66 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Action::Set { assignments, place, store } => {
             one::set(&mut open_at(*place)?, assignments, (*place).into(), *store)
         }
-        Action::List { words, place } => {
-            let mut module = open_at(*place)?;
-            list::list(&mut module, words, (*place).into(), &EndSignal::watch()?)
-        }
+        Action::List { words, place } => show(&mut open_at(*place)?, words, (*place).into()),
         Action::Diff { .. } if options.link.is_some() => {
             Err(Failure::Arguments("diff has two sides and no other LINK: tmcl params diff A B".into()))
         }
         Action::Diff { first, second } => diff::diff(first, second, &options.link_options),
-        Action::Save { file } => {
-            let mut module = open()?;
-            save::save(&mut module, file, &EndSignal::watch()?)
-        }
+        Action::Save { file } => save_in(&mut open()?, file),
         Action::Restore { file, store, interface } => {
+            let address = match &options.link {
+                Some(LinkTarget::Slcan(_)) => GlobalParameter::CanId,
+                _ => GlobalParameter::SerialAddress,
+            };
             let reach = reach()?;
-            let settings = file::read(file)?;
-            let mut module = Conversation::open(&reach)?;
-            restore::check(&mut module, &settings, file)?;
+            let settings = read(file)?;
+            let mut module = reach.open()?;
+            check(&mut module, &settings, &file.display().to_string())?;
             // Until here a signal ends the program by itself.
-            restore::restore(&mut module, &reach, settings.list, (*store, *interface), &EndSignal::watch()?)
+            let (signal, wanted) = (EndSignal::watch()?, Wanted { store: *store, interface: *interface, address });
+            let restored = restore(&mut module, settings.list, wanted, &signal, &mut progress::bar())?;
+            write!(tell::out(), "{}", restored.text())?;
+            if restored.refused.is_empty() { Ok(()) } else { Err(Failure::Reported) }
+        }
+    }
+}
+
+/// Prints tables of a module's parameters.
+fn show(module: &mut Conversation, words: &[String], at: Where) -> Result<(), Failure> {
+    let (mut out, mut told) = (tell::out(), Ok(()));
+    list(module, words, at, &EndSignal::watch()?, &mut |table| {
+        told = write!(out, "{table}");
+        told.is_ok()
+    })?;
+    Ok(told?)
+}
+
+/// Reads a file of settings, or standard input.
+fn read(path: &Path) -> Result<Settings, Failure> {
+    let shown = name(path);
+    let bytes = read_named(path)?;
+    let text = String::from_utf8(bytes).map_err(|_| Failure::Failed(format!("{shown} is no text (UTF-8)")))?;
+    Settings::parse(&shown, &text).map_err(Failure::Failed)
+}
+
+/// Saves a module's settings in a file, or prints them. The file is written only after all settings have been read.
+fn save_in(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
+    let signal = EndSignal::watch()?;
+    let mut output = Output::open("", path)?;
+    let Saved { text, saved, missing } = save(module, &signal, &mut progress::bar())?;
+    let missing = match missing {
+        0 => String::new(),
+        missing => format!("; {missing} more are unknown to this module"),
+    };
+    output.write(text.as_bytes())?;
+    let name = (!output.is_standard()).then(|| output.name().to_owned());
+    output.finish()?;
+    match name {
+        Some(name) => Ok(writeln!(tell::out(), "{saved} settings saved in {name}{missing}")?),
+        None => {
+            // A closed standard error does not end the program.
+            let _ = writeln!(tell::err(), "tmcl: {saved} settings{missing}");
+            Ok(())
         }
     }
 }

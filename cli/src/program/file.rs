@@ -3,13 +3,14 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use tmcl_tools::asm::{Settings, Watched, assemble_among, assemble_file};
+use tmcl_tools::product::Product;
+use tmcl_tools::program::{Program, binary};
 use tmcm::tmcl::Command;
 
-use super::{Program, binary};
-use crate::asm::{Settings, assemble_text, assemble_watched, reported};
+use crate::asm::reported;
 use crate::failure::Failure;
-use crate::files::{STANDARD, is_standard, is_text, name, read_named};
-use crate::product::Product;
+use crate::files::{Files, STANDARD, is_standard, is_text, name, read_named};
 
 /// File name extension of a source.
 const SOURCE: &str = "tmc";
@@ -49,8 +50,8 @@ pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Progr
     let (program, files) = if is_standard(path) {
         (standard_input(settings), Vec::new())
     } else if is_source(path) {
-        let (assembled, files) = assemble_watched(path, settings);
-        (reported(assembled).map(Program::from), files)
+        let Watched { result, files } = assemble_file(&Files, path, settings);
+        (reported(result).map(Program::from), files)
     } else {
         (read_commands(path, settings.product).map(Program::from), vec![path.into()])
     };
@@ -66,7 +67,8 @@ fn standard_input(settings: Settings) -> Result<Program, Failure> {
     let path = Path::new(STANDARD);
     let bytes = read_named(path)?;
     if is_text(&bytes) {
-        Ok(reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), settings))?.into())
+        let text = String::from_utf8_lossy(&bytes);
+        Ok(reported(assemble_among(&Files, &name(path), &text, settings).result)?.into())
     } else {
         Ok(commands(path, &bytes, settings.product)?.into())
     }

@@ -1,14 +1,14 @@
 //! The host of the virtual module: downloads the program by telegrams, as into a real module.
 
 use hal_sim::clock::SECOND;
+use tmcl_tools::program::Program;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, Opcode, Status};
-
-use crate::failure::Failure;
-use crate::program::Program;
 use tmcm_sim::NativeModule;
 use tmcm_sim::wire::meaning;
+
+use crate::failure::Failure;
 
 /// Serial address of the module.
 pub(super) const ADDRESS: u8 = 1;

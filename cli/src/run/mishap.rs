@@ -2,9 +2,8 @@
 //! empty. Each is counted, and the first is kept with its place.
 
 use serde::Serialize;
+use tmcl_tools::program::{Line, Program};
 use tmcm::tmcl::{Command, Opcode};
-
-use crate::program::{Line, Program};
 use tmcm_sim::tracer::Step;
 use tmcm_sim::wire::meaning;
 

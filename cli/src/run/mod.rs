@@ -17,12 +17,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
+use tmcl_tools::asm::Settings;
+use tmcl_tools::product::{self, Product};
+use tmcm_sim::NativeModule;
 
-use crate::asm::Settings;
 use crate::failure::Failure;
 use crate::files::{STANDARD, is_standard};
 use crate::output::Output;
-use crate::product::{self, Product};
 use crate::program::read_program;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
@@ -31,7 +32,6 @@ use recording::Recording;
 use report::Report;
 pub use script::{Action, Event};
 use session::{End, Session};
-use tmcm_sim::NativeModule;
 use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does

@@ -3,12 +3,11 @@
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
-
+use tmcl_tools::calc;
+use tmcl_tools::product::Product;
 use tmcm_sim::NativeModule;
 
 use super::rotor::elsewhere;
-use crate::calc;
-use crate::product::Product;
 
 /// Most slices: more than a plot has pixels.
 const MOST: usize = 4096;

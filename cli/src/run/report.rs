@@ -6,19 +6,19 @@ use std::fmt::{self, Write};
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::{Serialize, Serializer};
+use tmcl_tools::calc;
+use tmcl_tools::product::{Product, speed_words};
+use tmcl_tools::program::Program;
+use tmcl_tools::program::target;
 use tmcm::param::USER_VARIABLES;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::{Awaited, ProgramState, Wait};
+use tmcm_sim::NativeModule;
 
 use super::mishap::Mishaps;
 use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
-use crate::calc;
-use crate::product::{Product, speed_words};
-use crate::program::Program;
-use crate::program::target;
-use tmcm_sim::NativeModule;
 
 /// Bank of the user variables.
 const VARIABLES: u8 = 2;

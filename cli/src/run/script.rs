@@ -3,10 +3,10 @@
 use hal_sim::board::BoardKind;
 use hal_sim::clock::Nanos;
 use hal_sim::control::{Control, Line};
+use tmcl_tools::suggest::{module_command, world_command};
 use tmcm::tmcl::{Command, text};
 
 use super::time;
-use crate::suggest::{module_command, world_command};
 
 /// An event of option `--at`.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,9 +5,16 @@ use std::time::{Duration, Instant};
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Control;
+use tmcl_tools::product::{Product, read_unit_mode};
+use tmcl_tools::program::Program;
+use tmcl_tools::stop::Stop;
 use tmcm::module::Source;
 use tmcm::tmcl::binary;
 use tmcm::tmcl::{Command, Opcode};
+use tmcm_sim::tracer::Step;
+use tmcm_sim::wire::stays_unanswered;
+use tmcm_sim::wire::words::{self, Meaning};
+use tmcm_sim::{NativeModule, VirtualModule};
 
 use super::host;
 use super::mishap::Mishaps;
@@ -15,14 +22,8 @@ use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
-use crate::product::{Product, read_unit_mode};
-use crate::program::Program;
 use crate::progress::Progress;
 use crate::signal::EndSignal;
-use tmcm_sim::tracer::Step;
-use tmcm_sim::wire::stays_unanswered;
-use tmcm_sim::wire::words::{self, Meaning};
-use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Interval at which values are recorded, in virtual time.
 const TICK: Nanos = MILLISECOND;

@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
+use tmcl_tools::program::Program;
 use tmcm::vm::{Condition, ErrorFlag, Errors, Registers};
+use tmcm_sim::tracer::Step;
+use tmcm_sim::wire::meaning;
 
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::program::Program;
-use tmcm_sim::tracer::Step;
-use tmcm_sim::wire::meaning;
 
 /// Widths in characters of the columns of labels and commands; longer ones push the rest of their line to the right.
 const LABEL: usize = 16;

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use serde::Serialize;
-
-use crate::conversation::Identity;
+use tmcl_tools::conversation::Identity;
 
 /// Where a module has answered, and what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -7,15 +7,18 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use clap::Args;
+use tmcl_tools::conversation::{ASK_VERSION, Conversation, Error};
+use tmcl_tools::product::Product;
+use tmcl_tools::stop::Stop;
+use tmcl_tools::wire::{LinkError, Wire};
 use tmcm::param::BAUD_RATES;
 use tmcm::tmcl::binary::Received;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::{ASK_VERSION, Conversation, Error};
 use crate::failure::Failure;
-use crate::link::{Link, LinkError, LinkTarget, LogFile, Surroundings};
-use crate::product::Product;
+use crate::link::{Link, LinkTarget, LogFile, Surroundings};
 use crate::progress::Progress;
+use crate::reach::note;
 use crate::signal::EndSignal;
 use crate::tell;
 use found::Found;
@@ -196,7 +199,7 @@ impl<'a> Scanner<'a> {
         };
         Ok(Scanner {
             options,
-            module: Conversation::new(link, UNUSED_ADDRESS),
+            module: Conversation::new(Box::new(link), UNUSED_ADDRESS, None, note),
             baud,
             modules: 0,
             heard: false,
@@ -305,7 +308,7 @@ impl<'a> Scanner<'a> {
         let (product, firmware) = Found::told(version);
         let version = match self.module.version() {
             Ok(text) => Some(text),
-            Err(Error::Link { error: error @ (LinkError::Closed | LinkError::Io(_)), .. }) => {
+            Err(Error::Link { error: error @ (LinkError::Closed | LinkError::Lost(_)), .. }) => {
                 return Err(Failure::Failed(error.to_string()));
             }
             Err(_) => None,

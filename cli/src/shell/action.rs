@@ -1,9 +1,8 @@
 //! What a line of the shell asks for.
 
+use tmcl_tools::asm::{self, Symbols};
+use tmcl_tools::product::Product;
 use tmcm::tmcl::Command;
-
-use crate::asm::{self, Symbols};
-use crate::product::Product;
 use tmcm_sim::suggest::suggestion;
 
 /// The words of the shell that are no commands of the module.

@@ -1,10 +1,10 @@
 //! What the Tab key completes: commands at the beginning of a line, names behind them.
 
+use tmcl_tools::asm;
+use tmcl_tools::product::Product;
 use tmcm::tmcl::{Field, Instruction, Opcode};
 
 use super::action::WORDS;
-use crate::asm;
-use crate::product::Product;
 use crate::terminal::editor::{Complete, begins, word};
 
 /// The words that can be typed to a module of a product.

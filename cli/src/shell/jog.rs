@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use tmcl_tools::conversation::Error;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode, Status};
 
@@ -10,7 +11,6 @@ use super::keys::{Key, Reader, sum};
 use super::owed::Owed;
 use super::state::{JogEnd, Left, State};
 use super::{Shell, redraw};
-use crate::conversation::Error;
 use crate::failure::Failure;
 use crate::terminal::raw::{Keys, Raw};
 

@@ -24,14 +24,16 @@ use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::product::Product;
+use tmcl_tools::replies;
+use tmcl_tools::request::Request;
+use tmcl_tools::stop::Stop;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
-use crate::product::Product;
-use crate::request::Request;
-use crate::send;
+use crate::reach::Reach;
 use crate::signal::EndSignal;
 use crate::tell;
 use crate::terminal;
@@ -76,7 +78,7 @@ const PROMPT: &str = "(tmcl) ";
 /// Reads lines and does what they ask for, until there are no more.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
-    let mut module = Conversation::open(&options.reach)?;
+    let mut module = options.reach.open()?;
     // Nobody should have to type a command to find out that no module is there; one that does not tell what it is answers
     // this all the same.
     module.exchange(PRESENT)?;
@@ -151,7 +153,7 @@ impl Shell {
         match action {
             Action::Nothing | Action::Quit => Ok(true),
             Action::Help => self.tell(&State::Help).map(|()| true),
-            Action::Send { command, numeric } => match send::ask(&mut self.module, Request { command, numeric }) {
+            Action::Send { command, numeric } => match replies::ask(&mut self.module, Request { command, numeric }) {
                 Ok(meaning) => {
                     let done = meaning.done;
                     let state = State::Answered { command: command.to_string(), answer: meaning.text, done };

@@ -1,10 +1,9 @@
 //! A speed of positioning that a jog has changed, and that the module has to get back.
 
+use tmcl_tools::conversation::{Conversation, Error};
+use tmcl_tools::product::axis_number;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
-
-use crate::conversation::{Conversation, Error};
-use crate::product::axis_number;
 
 /// A speed of positioning (axis parameter 4), in the module's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

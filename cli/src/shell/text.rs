@@ -1,7 +1,8 @@
 //! The text of what the shell tells.
 
+use tmcl_tools::product::with_unit;
+
 use super::state::{JogEnd, Left, State};
-use crate::product::with_unit;
 
 /// What can be typed.
 const HELP: &str = "\

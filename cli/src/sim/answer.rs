@@ -3,8 +3,7 @@
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::Serialize;
-
-use crate::request::Answered;
+use tmcl_tools::request::Answered;
 
 /// An answer. Serialised it is one line.
 #[derive(Serialize)]

@@ -1,16 +1,16 @@
 //! Carries out the lines that come to the control port.
 
 use hal_sim::board::BoardKind;
+use tmcl_tools::suggest::{module_command, world_command};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::Fleet;
+use tmcm_sim::protocol::{Request, Seen};
 
 use super::answer::Told;
 use super::control::{ControllerId, Outcome};
 use super::inquiries::Inquiries;
 use super::timekeeper::{Task, Timekeeper};
 use super::watch::Watch;
-use crate::suggest::{module_command, world_command};
-use tmcm_sim::VirtualModule;
-use tmcm_sim::fleet::Fleet;
-use tmcm_sim::protocol::{Request, Seen};
 
 /// Carries out a line from a connection to the control port, or begins with it. `kinds` are the boards of the modules, that
 /// of module 1 first.

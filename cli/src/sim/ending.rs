@@ -5,6 +5,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Instant;
 
 use rustix::io::Errno;
+use tmcl_tools::stop::Stop;
 
 use crate::failure::Failure;
 use crate::poll::readable;

@@ -2,10 +2,7 @@
 
 use std::task::Poll;
 
-use super::answer::Told;
-use super::control::ControllerId;
-use super::timekeeper::Finished;
-use crate::request::{Answered, Typed};
+use tmcl_tools::request::{Answered, Typed};
 use tmcm::tmcl::Command;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;
@@ -13,6 +10,10 @@ use tmcm_sim::fleet::Fleet;
 use tmcm_sim::wire::words::depends_on_unit_mode;
 use tmcm_sim::wire::{Reply, stays_unanswered};
 use tmcm_sim::{Product, binary::Telegram};
+
+use super::answer::Told;
+use super::control::ControllerId;
+use super::timekeeper::Finished;
 
 /// Why there may be no reply.
 const SILENCE: &str = "no reply; is the module's power on, its USB cable in, and its USB link in binary mode? With --image \

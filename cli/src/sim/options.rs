@@ -7,11 +7,11 @@ use hal_sim::clock::Nanos;
 use hal_sim::control::time;
 use hal_sim::mcu::Stop;
 use serde::Serialize;
+use tmcl_tools::product;
 use tmcm_sim::protocol::Speed;
 use tmcm_sim::{FirmwareKind, Model, Product};
 
 use crate::failure::Failure;
-use crate::product;
 
 /// Most modules: as many as a CANopen network has node IDs.
 const MOST_MODULES: u8 = 127;

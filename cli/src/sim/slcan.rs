@@ -4,11 +4,11 @@ use std::io::{Read, Write};
 use std::os::fd::AsFd;
 
 use hal_sim::clock::MILLISECOND;
-
-use super::endpoint::{Arrival, Endpoint};
-use crate::slcan::Adapter;
+use tmcl_tools::slcan::Adapter;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Heard, Node};
+
+use super::endpoint::{Arrival, Endpoint};
 
 /// Length of the shortest SLCAN line that carries a frame, in bytes.
 const SHORTEST: usize = 6;

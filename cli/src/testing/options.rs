@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tmcl_tools::product;
 use tmcm_sim::scenario::Case;
 use tmcm_sim::scenario::suite::File;
 use tmcm_sim::{FirmwareKind, Model, Product};
@@ -10,7 +11,6 @@ use tmcm_sim::{FirmwareKind, Model, Product};
 use super::sources::{expanded, read_file};
 use crate::failure::Failure;
 use crate::files::read_text;
-use crate::product;
 use crate::sim::{Firmware, read_world};
 use crate::wording::words;
 

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use tmcl_tools::asm::{Diagnostics, Severity, assemble_file};
 use tmcm_sim::Product;
 use tmcm_sim::scenario::program::Program;
 
-use crate::asm::{Diagnostics, Severity, assemble_file};
+use crate::files::Files;
 use crate::program::{self, read_commands};
 
 /// Reads the program in a file, for a product.
@@ -17,7 +18,7 @@ pub(super) fn read(path: &Path, product: Product) -> Result<Program, String> {
         let commands = read_commands(path, Some(product)).map_err(|failure| failure.to_string())?;
         return Ok(Program { commands, ..Program::default() });
     }
-    let assembly = assemble_file(path, Some(product)).map_err(|errors| first(&errors))?;
+    let assembly = assemble_file(&Files, path, Some(product)).result.map_err(|errors| first(&errors))?;
     let symbols = &assembly.symbols;
     let value = |name: &str| Some((name.to_string(), symbols.value(name)?));
     let names = symbols.names().filter_map(value).collect();

@@ -3,6 +3,8 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use tmcl_tools::stop::Stop;
+
 use crate::failure::Failure;
 use crate::poll::readable;
 use crate::signal::EndSignal;

@@ -3,13 +3,16 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::conversation::{Conversation, Error};
+use tmcl_tools::product::{Product, axis_number};
+use tmcl_tools::stop::Stop;
+use tmcl_tools::wire::LinkError;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
-use crate::link::{LinkError, LinkTarget};
-use crate::product::{Product, axis_number};
+use crate::link::LinkTarget;
+use crate::reach::Reach;
 use crate::signal::EndSignal;
 use crate::tell;
 
@@ -198,8 +201,8 @@ impl<'a> Bench<'a> {
                     ENDURANCE.as_secs()
                 );
             }
-            let gone = matches!(&error, Error::Link { error: LinkError::Closed | LinkError::Io(_), .. });
-            if gone && let Ok(module) = Conversation::open(self.reach) {
+            let gone = matches!(&error, Error::Link { error: LinkError::Closed | LinkError::Lost(_), .. });
+            if gone && let Ok(module) = self.reach.open() {
                 self.module = module;
             }
         }

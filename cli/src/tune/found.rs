@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use tmcl_tools::product::{Product, axis_number};
+
 use super::coolstep::{self, AtSpeed, Choice};
 use super::plot;
 use super::proposal;
@@ -9,7 +11,6 @@ use super::stallguard::{self, Curve};
 use super::table;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::product::{Product, axis_number};
 use crate::tell;
 use crate::terminal;
 

@@ -33,11 +33,11 @@ use tmcm::param::AxisParameter as P;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::ProgramState;
 
-use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::output::Output;
 use crate::progress::Progress;
+use crate::reach::Reach;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
 use crate::tell;
@@ -176,7 +176,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     // From here on a signal leaves nothing behind, also not the beginning of an image.
     let mut signal = EndSignal::watch()?;
     let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
-    let mut module = Conversation::open(&common.reach)?;
+    let mut module = common.reach.open()?;
     let product = module.known_product()?;
     let mut bench = Bench::new(module, &common.reach, &mut signal, product, common.axis);
     check(&mut bench)?;

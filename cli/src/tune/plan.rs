@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
+use tmcl_tools::calc::Live;
 use tmcm::param::AxisParameter as P;
 
 use super::bench::Bench;
 use super::drive::SAMPLES;
 use super::track::Need;
 use super::watch::Method;
-use crate::calc::{Live, Settings};
+use crate::calc;
 use crate::failure::Failure;
 
 /// A speed at which the motor is measured.
@@ -39,7 +40,7 @@ pub(super) struct Setup {
 impl Setup {
     /// Reads the settings of an axis whose motor has so many full steps per turn.
     pub(super) fn read(bench: &mut Bench<'_>, steps: u16) -> Result<Self, Failure> {
-        let settings = Settings::read(&mut bench.module, bench.axis, steps)?;
+        let settings = calc::settings(&mut bench.module, bench.axis, steps)?;
         // What a product does not have is 0, which stands for none.
         let mut known = |parameter| if bench.has(parameter) { bench.get(parameter) } else { Ok(0) };
         let main = [known(P::MaximumAcceleration)?, known(P::MaximumDeceleration)?];
@@ -114,8 +115,10 @@ fn least_acceleration(main: [i32; 2], first_velocity: i32, outer: [i32; 2]) -> i
 
 #[cfg(test)]
 mod tests {
+    use tmcl_tools::calc::Settings;
+    use tmcl_tools::product::Product;
+
     use super::*;
-    use crate::product::Product;
 
     /// An axis whose speeds are in pps, or else in units of 16e6 / (2^5 * 65536) = 7.629 pps.
     fn setup(product: Product, microsteps: u16) -> Setup {

@@ -6,7 +6,7 @@ use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
-use tmcl_cli::slcan;
+use tmcl_tools::slcan;
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
 
 use super::harness::{PATIENCE, Sim, complaint, request, run};

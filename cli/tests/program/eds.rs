@@ -8,14 +8,14 @@ use super::harness::{complaint, run, tmcl};
 fn the_file_goes_to_standard_output_or_to_a_file() {
     let all = run(&["eds"]);
     assert!(all.status.success() && all.stderr.is_empty(), "{}", complaint(&all));
-    assert_eq!(String::from_utf8(all.stdout.clone()).unwrap(), tmcl_cli::eds::text(None));
+    assert_eq!(String::from_utf8(all.stdout.clone()).unwrap(), tmcl_tools::eds::text(None));
     assert_eq!(run(&["eds", "-o", "-"]).stdout, all.stdout);
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("axis.dcf");
     let written = run(&["eds", "--node-id", "5", "--output", path.to_str().unwrap()]);
     assert!(written.status.success() && written.stdout.is_empty(), "{}", complaint(&written));
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), tmcl_cli::eds::text(Some(5)));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), tmcl_tools::eds::text(Some(5)));
 }
 
 #[test]

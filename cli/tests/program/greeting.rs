@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::Duration;
 
-use tmcl_cli::slcan;
+use tmcl_tools::slcan;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 use tmcm::tmcl::{Command, text};
 

@@ -4,15 +4,16 @@
 mod axes;
 mod six_points;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 use crate::common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::State;
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::asm::{Assembly, assemble_file, assemble_text};
-use tmcl_cli::disasm;
+use tmcl_tools::asm::{Assembly, assemble_file, assemble_text};
+use tmcl_tools::disasm;
+use tmcl_tools::sources::Texts;
 use tmcm::tmcl::{Command, Opcode, Status};
 
 /// Microsteps per second at speed 1000 of the module's default settings.
@@ -23,8 +24,16 @@ fn folder() -> PathBuf {
     fw::workspace().unwrap().join("examples")
 }
 
+/// The examples by their names, as if they were files beside each other.
+fn sources() -> Texts {
+    let files = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
+    let sources = files.filter(|path| path.extension().is_some_and(|ending| ending == "tmc"));
+    Texts(sources.map(|path| (path.file_name().unwrap().into(), std::fs::read_to_string(path).unwrap())).collect())
+}
+
 fn assembled(name: &str, product: Product) -> Assembly {
-    let assembly = assemble_file(&folder().join(name), Some(product)).unwrap_or_else(|errors| panic!("{errors}"));
+    let assembly =
+        assemble_file(&sources(), Path::new(name), Some(product)).result.unwrap_or_else(|errors| panic!("{errors}"));
     assert!(assembly.warnings.is_empty(), "{}", assembly.warnings);
     assembly
 }

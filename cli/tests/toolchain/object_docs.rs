@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use tmcl_cli::eds;
+use tmcl_tools::eds;
 use tmcm::canopen::{Access, Initial, Kind, Mapping, Object, ROWS, Row, Storage, Type, When};
 
 use crate::object_notes::note;

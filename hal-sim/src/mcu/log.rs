@@ -1,8 +1,11 @@
-//! The firmware's log: drained from its buffer in memory as a debug probe does (RTT), and decoded (defmt).
+//! The firmware's log: drained from its buffer in memory as a debug probe does (RTT), and decoded by [`Table`].
 
-use defmt_decoder::{DecodeError, Table};
+#[cfg(feature = "log")]
+mod defmt;
 
 use super::cpu::Ram;
+#[cfg(feature = "log")]
+use defmt::Table;
 
 /// A message of the firmware.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +32,21 @@ const LONGEST: u32 = 0x1_0000;
 /// Ends a message.
 const END: u8 = 0;
 
+/// Without the feature `log` no image has a table of its messages, so none can be read.
+#[cfg(not(feature = "log"))]
+enum Table {}
+
+#[cfg(not(feature = "log"))]
+impl Table {
+    fn of(_elf: &[u8]) -> Option<Self> {
+        None
+    }
+
+    fn decode(&self, _bytes: &[u8]) -> Vec<LogLine> {
+        match *self {}
+    }
+}
+
 /// The firmware's log, as a debug probe reads it.
 pub struct Log {
     memory: Ram,
@@ -42,9 +60,7 @@ pub struct Log {
 impl Log {
     /// A reader for the image `elf`, whose control block is at `block` of `memory`.
     pub(super) fn new(elf: &[u8], block: Option<u32>, memory: Ram) -> Self {
-        // Without a table nothing can be read; an image may be built without a log.
-        let table = Table::parse(elf).ok().flatten();
-        Self { memory, block, table, pending: Vec::new(), left: false }
+        Self { memory, block, table: Table::of(elf), pending: Vec::new(), left: false }
     }
 
     /// Whether the image has a log that can be read: there is a buffer, and a table of the messages.
@@ -89,20 +105,6 @@ impl Log {
         self.drain();
         let Some(end) = self.pending.iter().rposition(|&byte| byte == END) else { return Vec::new() };
         let bytes: Vec<u8> = self.pending.drain(..=end).collect();
-        let Some(table) = &self.table else { return Vec::new() };
-        let mut decoder = table.new_stream_decoder();
-        decoder.received(&bytes);
-        let mut lines = Vec::new();
-        loop {
-            match decoder.decode() {
-                Ok(frame) => lines.push(LogLine {
-                    timestamp: frame.display_timestamp().map(|stamp| stamp.to_string()).unwrap_or_default(),
-                    level: frame.level().map(|level| level.as_str().to_owned()).unwrap_or_default(),
-                    text: frame.display_message().to_string(),
-                }),
-                Err(DecodeError::UnexpectedEof) => return lines,
-                Err(DecodeError::Malformed) => {}
-            }
-        }
+        self.table.as_ref().map(|table| table.decode(&bytes)).unwrap_or_default()
     }
 }

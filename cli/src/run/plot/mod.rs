@@ -7,16 +7,15 @@ use std::fmt::Write;
 
 use hal_sim::board::Input;
 use hal_sim::clock::Nanos;
-
-use curve::{bars, path};
-use span::TimeAxis;
+use tmcl_tools::product::speed_words;
+use tmcl_tools::program::Program;
+use tmcl_tools::svg::colour::{BLACK, BLUE, GREEN, GREY, GRID, ORANGE, PURPLE, SHADE};
+use tmcl_tools::svg::{Area, CHARACTER, Image, Scale, shortened, stroke};
 
 use super::recording::{Channel, Mark, Quantity, Range, Recording, joined};
 use super::time;
-use crate::product::speed_words;
-use crate::program::Program;
-use crate::svg::colour::{BLACK, BLUE, GREEN, GREY, GRID, ORANGE, PURPLE, SHADE};
-use crate::svg::{Area, CHARACTER, Image, Scale, shortened, stroke};
+use curve::{bars, path};
+use span::TimeAxis;
 
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 110.0;

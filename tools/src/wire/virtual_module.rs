@@ -1,0 +1,53 @@
+//! A virtual module at the other end of the wire, in virtual time.
+
+use std::time::Duration;
+
+use tmcm::module::Source;
+use tmcm::tmcl::Command;
+use tmcm::tmcl::binary::{self, Telegram};
+use tmcm_sim::{NativeModule, VirtualModule};
+
+use super::{LinkError, Wire};
+use crate::stop::Stop;
+
+/// Longest wait for a reply, unless another one is set.
+const TIMEOUT: Duration = Duration::from_secs(1);
+
+/// A virtual module as the only one at a USB cable. Its time passes during exchanges and pauses, as fast as the computer can.
+pub struct VirtualWire {
+    module: NativeModule,
+    timeout: Duration,
+}
+
+impl VirtualWire {
+    /// A wire to this module.
+    pub fn new(module: NativeModule) -> Self {
+        VirtualWire { module, timeout: TIMEOUT }
+    }
+}
+
+impl Wire for VirtualWire {
+    fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
+        let address = u8::try_from(address).map_err(|_| LinkError::Address)?;
+        let patience = self.timeout.as_nanos() as u64;
+        let sent = self.module.exchange(Source::Usb, binary::encode_command(address, command), patience);
+        sent.and_then(|sent| sent.telegram()).ok_or(LinkError::NoReply { bytes: 0 })
+    }
+
+    fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    fn time(&self) -> Duration {
+        Duration::from_nanos(self.module.now())
+    }
+
+    fn pause(&mut self, time: Duration, stop: &dyn Stop) -> bool {
+        self.module.run(time.as_nanos() as u64);
+        stop.happened()
+    }
+
+    fn simulated(&mut self) -> Option<&mut NativeModule> {
+        Some(&mut self.module)
+    }
+}
