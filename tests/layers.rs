@@ -324,7 +324,7 @@ fn the_services_of_cia_301_know_no_node() {
 /// The roots of all crates of the workspace.
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
-    for package in ["", "fw", "hal-sim", "sim", "tools", "cli", "tests/panic_free"] {
+    for package in ["", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests/panic_free"] {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {
@@ -340,10 +340,11 @@ fn roots() -> Vec<PathBuf> {
 
 /// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they bring
 /// along neither the command line nor what only Unix has.
-const CRATES_APART: [(&str, &[&str]); 3] = [
-    ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_cli"]),
-    ("sim", &["tmcl_tools", "tmcl_cli", "clap", "rustix"]),
-    ("tools", &["tmcl_cli", "clap", "rustix"]),
+const CRATES_APART: [(&str, &[&str]); 4] = [
+    ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_cli"]),
+    ("sim", &["tmcl_tools", "tmcl_link", "tmcl_cli", "clap", "rustix"]),
+    ("tools", &["tmcl_link", "tmcl_cli", "clap", "rustix"]),
+    ("link", &["tmcl_cli", "clap"]),
 ];
 #[test]
 fn crates_use_only_those_below_them() {
@@ -400,7 +401,7 @@ fn unsafe_is_left_to_the_board() {
     let board = root().join("src/board");
     // This image uses `unsafe` once, to call a function that does not exist, so that code that can panic does not link.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for folder in ["src", "fw", "hal-sim", "sim", "tools", "cli", "tests", "benches", "build.rs"] {
+    for folder in ["src", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests", "benches", "build.rs"] {
         for path in
             sources(&root().join(folder)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
         {
@@ -415,7 +416,7 @@ fn unsafe_is_left_to_the_board() {
 fn nothing_knows_the_folder_in_which_it_was_compiled() {
     let folders = ["MANIFEST_DIR", "TARGET_TMPDIR", "BIN_EXE_"].map(|name| format!("env!(\"CARGO_{name}"));
     let mut checked = 0;
-    for folder in ["src", "fw", "hal-sim", "sim", "tools", "cli", "tests", "benches", "build.rs"] {
+    for folder in ["src", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests", "benches", "build.rs"] {
         for path in sources(&root().join(folder)) {
             let text = fs::read_to_string(&path).unwrap();
             assert!(!folders.iter().any(|name| text.contains(name)), "{}", path.display());

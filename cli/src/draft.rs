@@ -6,8 +6,9 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use tmcl_link::wording;
+
 use crate::failure::Failure;
-use crate::wording;
 
 /// A file that is being written, beside the one that it will be. It is removed if it is never finished.
 #[derive(Debug)]

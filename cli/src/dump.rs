@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Identity;
 use tmcl_tools::disasm;
 use tmcl_tools::dump::{heading, read, summary, trim};
@@ -13,7 +14,6 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::progress;
 use crate::reach::Reach;
-use crate::signal::EndSignal;
 use crate::tell;
 
 /// Read the program in a module back as source

@@ -4,10 +4,10 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
+use tmcl_link::wording::words;
 use tmcl_tools::conversation::Error;
 use tmcl_tools::debug::Trouble;
-
-use crate::wording::words;
+use tmcl_tools::stop::Stop;
 
 /// Exit code of a program that is ended by the signal of this number, as shells show it: 130 after Ctrl-C (SIGINT), 143
 /// after SIGTERM.
@@ -77,6 +77,23 @@ impl From<tmcl_tools::failure::Failure> for Failure {
             tmcl_tools::failure::Failure::Failed(message) => Failure::Failed(message),
             tmcl_tools::failure::Failure::Interrupted { signal, message } => Failure::Interrupted { signal, message },
         }
+    }
+}
+
+/// What a signal has ended fails so.
+pub(crate) trait Ended: Stop {
+    /// The failure of a subcommand that has been asked to end, with what the user has to know about it; nothing is said if that
+    /// is empty.
+    fn failure(&self, message: impl Into<String>) -> Failure {
+        Failure::Interrupted { signal: self.signal(), message: message.into() }
+    }
+}
+
+impl<T: Stop> Ended for T {}
+
+impl From<tmcl_link::Error> for Failure {
+    fn from(tmcl_link::Error(message): tmcl_link::Error) -> Self {
+        Failure::Failed(message)
     }
 }
 

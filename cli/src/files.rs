@@ -5,12 +5,12 @@ use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use tmcl_link::poll::readable;
+use tmcl_link::signal::Wait;
+use tmcl_link::wording::words;
 use tmcl_tools::sources::Sources;
 
 use crate::failure::Failure;
-use crate::poll::readable;
-use crate::signal::Wait;
-use crate::wording::words;
 
 /// File name that stands for standard input or standard output.
 pub(crate) const STANDARD: &str = "-";

@@ -22,7 +22,6 @@
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
 //! * [`failure`] - the failure of a subcommand, with its exit code
-//! * [`signal`] - signals that ask the program to end
 //! * [`tell`] - what is told on standard output and standard error, without what controls a terminal
 //! * [`output`] - files that a command writes, or standard output
 //! * [`terminal`] - the user's terminal: lines with history, and single keys
@@ -44,7 +43,6 @@ pub mod load;
 pub mod monitor;
 pub mod output;
 pub mod params;
-mod poll;
 pub mod program;
 pub mod progress;
 pub mod reach;
@@ -52,12 +50,10 @@ pub mod run;
 pub mod scan;
 pub mod send;
 pub mod shell;
-pub mod signal;
 pub mod sim;
 pub mod tell;
 pub mod terminal;
 pub mod testing;
 pub mod tune;
 pub mod version;
-mod wording;
 pub mod world;

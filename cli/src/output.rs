@@ -5,10 +5,11 @@ use std::fs::File;
 use std::io::{self, BufWriter, Stdout, Write};
 use std::path::Path;
 
+use tmcl_link::wording;
+
 use crate::draft::Draft;
 use crate::failure::Failure;
 use crate::files::is_standard;
-use crate::wording;
 
 /// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be written
 /// is noticed before a motor has moved.

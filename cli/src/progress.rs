@@ -1,6 +1,7 @@
 //! A progress bar on standard error.
 
 use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
 
 /// Width of the bar in characters; bar and text together must fit a terminal with 80 columns.
 const WIDTH: usize = 24;
@@ -62,6 +63,17 @@ pub fn bar() -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
             bar = None;
         }
         bar.get_or_insert_with(|| Progress::new(told.what, told.total)).reach(told.done);
+    }
+}
+
+/// The same for a job that nobody has to be told of unless it takes longer than `patience`.
+pub fn bar_after(patience: Duration) -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
+    let begun = Instant::now();
+    let mut bar = bar();
+    move |told| {
+        if begun.elapsed() > patience {
+            bar(told);
+        }
     }
 }
 

@@ -8,7 +8,6 @@ use clap::Args;
 use tmcl_tools::conversation::{Conversation, Identity};
 use tmcl_tools::number;
 use tmcl_tools::product::{self, Product};
-use tmcl_tools::wire::Wire;
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkTarget, LogFile, Surroundings};
@@ -110,10 +109,11 @@ impl Reach {
             link.take_any();
         }
         if let Some(file) = &self.log_telegrams {
-            let known = self.product.or(link.simulated().map(|module| module.model().product()));
+            let simulated = (self.link == LinkTarget::Simulated).then_some(product);
+            let known = self.product.or(simulated);
             link.log_to(file, known)?;
         }
-        Ok(Conversation::new(Box::new(link), self.address, self.product.map(Identity::from), note))
+        Ok(Conversation::new(link.wire(), self.address, self.product.map(Identity::from), note))
     }
 }
 

@@ -6,16 +6,15 @@ use std::time::Duration;
 
 use clap::Args;
 use serde_json::{Map, Value};
-
-use crate::failure::Failure;
-use crate::link;
-use crate::poll::{Ready, either};
-use crate::signal::EndSignal;
-use crate::sim;
-use crate::tell;
-use crate::wording::words;
+use tmcl_link::EndSignal;
+use tmcl_link::poll::{Ready, either};
+use tmcl_link::wording::words;
 use tmcm_sim::protocol::TIME;
 use tmcm_sim::suggest::suggestion;
+
+use crate::failure::{Ended, Failure};
+use crate::sim;
+use crate::tell;
 
 /// Fields of which each line from a control port has one: an answer, values that are watched, and the end of a watch.
 const MARKS: [&str; 3] = [DONE, TIME, ENDED];
@@ -280,7 +279,7 @@ pub(crate) struct Port {
 impl Port {
     /// Connects to a port. `timeout` is the longest wait for the connection, and for each answer.
     pub(crate) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
-        let stream = link::connect(address, timeout, "--control")?;
+        let stream = tmcl_link::connect(address, timeout, "--control")?;
         let failed = |error: std::io::Error| Failure::Failed(format!("cannot use the connection: {}", words(error)));
         stream.set_write_timeout(Some(timeout)).map_err(failed)?;
         Ok(Port { lines: BufReader::new(stream), timeout })

@@ -11,6 +11,7 @@
 //! * [`params`] - a module's settings: in tables, in files, and the differences between them
 //! * [`monitor`] - samples of axes, in rows and in lines
 //! * [`request`] - commands as users type them; [`replies`] - what a module says to them
+//! * [`run`] - a program on a virtual module, in virtual time
 //! * [`calc`] - speeds, accelerations, times and currents in the units of a product
 //! * [`eds`] - the objects of the CANopen firmware as a file for masters
 //! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
@@ -35,6 +36,7 @@ pub mod program;
 pub mod progress;
 pub mod replies;
 pub mod request;
+pub mod run;
 pub mod shown;
 pub mod slcan;
 pub mod sources;

@@ -6,9 +6,8 @@ use tmcm::module::Spec;
 use tmcm::param::{AxisParameter, GlobalParameter, Unit};
 use tmcm::tmcl::{Command, Opcode};
 pub use tmcm_sim::Product;
-pub use tmcm_sim::wire::names::{parameter, speed_unit, symbol, with_unit};
-
 use tmcm_sim::suggest::suggestion;
+pub use tmcm_sim::wire::names::{parameter, speed_unit, symbol, with_unit};
 
 /// The product that programs are for, and that virtual modules are, unless the user names another one.
 pub const USUAL: &str = "1140";

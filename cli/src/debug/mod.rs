@@ -9,6 +9,7 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::Args;
+use tmcl_link::EndSignal;
 use tmcl_tools::debug::state::Told;
 use tmcl_tools::debug::{Action, Around, Debugger, Trouble, words};
 use tmcl_tools::product::Product;
@@ -16,11 +17,10 @@ use tmcl_tools::program::{Program, download, is_readable, verify};
 use tmcl_tools::stop::Stop;
 use tmcm::tmcl::Opcode;
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::files::is_standard;
 use crate::program::{ProgramThere, read_program};
 use crate::progress;
-use crate::signal::EndSignal;
 use crate::tell::{self, Tone};
 use crate::terminal::editor::{Editor, Input};
 use completion::Completion;

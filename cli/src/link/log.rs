@@ -1,16 +1,17 @@
 //! The log of what goes over a link, from the host's side: the file of --log-telegrams.
 
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
+use tmcl_link::Tap;
 use tmcl_tools::product::Product;
 use tmcm::can::Frame;
 use tmcm_sim::Client;
 use tmcm_sim::wire::{Place, Transcript};
 
-use super::LinkError;
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -67,7 +68,7 @@ impl LogFile {
 
 /// The log of a link; without a file it takes everything and does nothing.
 #[derive(Debug, Default)]
-pub(super) struct Log(Option<Entries>);
+pub(crate) struct Log(Option<Entries>);
 
 #[derive(Debug)]
 struct Entries {
@@ -81,39 +82,23 @@ struct Entries {
 
 impl Log {
     /// Time since the log was begun, by the clock on the wall.
-    pub(super) fn now(&self) -> Duration {
+    fn now(&self) -> Duration {
         self.0.as_ref().map_or(Duration::ZERO, |entries| entries.begun.elapsed())
     }
 
-    /// Bytes go out.
-    pub(super) fn out(&mut self, at: Duration, bytes: &[u8]) {
+    /// Bytes go out at a time.
+    pub(super) fn out_at(&mut self, at: Duration, bytes: &[u8]) {
         self.note(at, |transcript, at, place| transcript.hear(at, place, bytes));
     }
 
-    /// Bytes have come.
-    pub(super) fn back(&mut self, at: Duration, bytes: &[u8]) {
+    /// Bytes have come at a time.
+    pub(super) fn back_at(&mut self, at: Duration, bytes: &[u8]) {
         self.note(at, |transcript, at, place| transcript.answer(at, place, 0, bytes));
     }
 
-    /// A frame goes out.
-    pub(super) fn frame_out(&mut self, frame: &Frame) {
-        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, None, frame));
-    }
-
-    /// A frame has come.
-    pub(super) fn frame_back(&mut self, frame: &Frame) {
-        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, Some(0), frame));
-    }
-
-    /// No reply has come in time, or not all of it.
-    pub(super) fn give_up(&mut self, at: Duration) {
+    /// No reply has come until a time, or not all of it.
+    pub(super) fn give_up_at(&mut self, at: Duration) {
         self.note(at, |transcript, at, place| transcript.give_up(at, place, 0));
-    }
-
-    /// What has gone wrong with the file since the last call.
-    pub(super) fn check(&mut self) -> Result<(), LinkError> {
-        let failed = self.0.as_mut().and_then(|entries| entries.failed.take());
-        failed.map_or(Ok(()), |failure| Err(LinkError::Log(Box::new(failure))))
     }
 
     fn note(&mut self, at: Duration, what: impl FnOnce(&mut Transcript, Nanos, Place)) {
@@ -124,5 +109,69 @@ impl Log {
         {
             *failed = Some(failure);
         }
+    }
+}
+
+/// What goes over a wire is logged by the clock on the wall.
+impl Tap for Log {
+    fn out(&mut self, bytes: &[u8]) {
+        self.out_at(self.now(), bytes);
+    }
+
+    fn back(&mut self, bytes: &[u8]) {
+        self.back_at(self.now(), bytes);
+    }
+
+    fn frame_out(&mut self, frame: &Frame) {
+        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, None, frame));
+    }
+
+    fn frame_back(&mut self, frame: &Frame) {
+        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, Some(0), frame));
+    }
+
+    fn give_up(&mut self) {
+        self.give_up_at(self.now());
+    }
+
+    /// The file cannot be written.
+    fn check(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {
+        let failed = self.0.as_mut().and_then(|entries| entries.failed.take());
+        failed.map_or(Ok(()), |failure| Err(failure.into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tmcm::tmcl::{Command, Reply, Status, binary};
+
+    use super::*;
+
+    /// A late reply stands in front of the next request, and what goes over another link is told apart in the same file.
+    #[test]
+    fn links_share_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let file = LogFile::named(path.to_str().unwrap()).unwrap();
+        let mut log = file.begin("serial", None).unwrap();
+        let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
+        let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
+        log.out(&request);
+        log.give_up();
+        log.back(&reply(1));
+        log.out(&request);
+        log.back(&reply(2));
+        log.check().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let said: Vec<&str> = text.lines().map(|line| line[55..].trim()).collect();
+        let late = "from 1: to command 6: 1, status 100 ok";
+        assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
+        let mut other = file.begin("serial", None).unwrap();
+        other.out_at(Duration::ZERO, &request);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),
+            "{text}"
+        );
     }
 }

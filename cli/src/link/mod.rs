@@ -1,35 +1,18 @@
-//! The host's end of a link to a module: a request goes out, its reply comes in.
+//! Links as users name them: wires of the operating system, and virtual modules inside this program.
 
-mod exchange;
 mod log;
-mod question;
-mod serial;
 mod simulated;
-mod slcan;
-mod tcp;
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use tmcl_tools::product::Product;
-use tmcl_tools::stop::Stop;
 use tmcl_tools::wire::{LinkError, Wire};
-use tmcm::tmcl::Command;
-use tmcm::tmcl::binary::Telegram;
-use tmcm_sim::NativeModule;
-use tmcm_sim::wire::CAN;
 
 use crate::failure::Failure;
-use crate::wording;
-use log::Log;
 pub use log::LogFile;
-use question::Question;
-use serial::Serial;
 use simulated::Simulated;
 pub use simulated::Surroundings;
-use slcan::Slcan;
-use tcp::Tcp;
-pub(crate) use tcp::connect;
 
 /// A link as it is named on the command line: the path of a serial device, `tcp:HOST:PORT`, either of these behind
 /// `slcan:`, or `sim`.
@@ -114,30 +97,9 @@ impl From<LinkError> for Failure {
     }
 }
 
-/// The error of a device or a connection, in words.
-fn lost(error: impl Into<std::io::Error>) -> LinkError {
-    LinkError::Lost(wording::words(error))
-}
-
-/// An open link.
-#[derive(Debug)]
-pub struct Link {
-    kind: Kind,
-    timeout: Duration,
-    /// The reply of any module is taken, whatever address is in it.
-    takes_any: bool,
-    log: Log,
-    /// When the link was opened.
-    opened: Instant,
-}
-
-/// The kinds of links.
-#[derive(Debug)]
-enum Kind {
-    Serial(Serial),
-    Tcp(Tcp),
-    SlcanSerial(Slcan<std::fs::File>),
-    SlcanTcp(Slcan<std::net::TcpStream>),
+/// An open link: a wire of the operating system, or a virtual module inside this program.
+pub(crate) enum Link {
+    Real(tmcl_link::Link),
     Simulated(Box<Simulated>),
 }
 
@@ -147,7 +109,7 @@ impl Link {
     ///
     /// # Errors
     /// The device or the connection cannot be opened, or a real module is to have surroundings.
-    pub fn open(
+    pub(crate) fn open(
         target: &LinkTarget,
         baud: u32,
         timeout: Duration,
@@ -158,107 +120,46 @@ impl Link {
             let message = "is for LINK sim; the module on this link has its own, which tmcl sim was given";
             return Err(Failure::Arguments(format!("{option} {message}")));
         }
-        let kind = match target {
-            LinkTarget::Serial(path) => Kind::Serial(Serial::open(path, baud)?),
-            LinkTarget::Tcp(address) => Kind::Tcp(Tcp::connect(address, timeout)?),
-            LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
-            LinkTarget::Simulated => Kind::Simulated(Box::new(Simulated::new(product, surroundings)?)),
-        };
-        let takes_any = match &kind {
-            Kind::Serial(serial) => serial.is_alone(),
-            // A frame is found by its identifier in any case.
-            Kind::Tcp(_) | Kind::SlcanSerial(_) | Kind::SlcanTcp(_) => false,
-            Kind::Simulated(_) => true,
-        };
-        Ok(Link { kind, timeout, takes_any, log: Log::default(), opened: Instant::now() })
+        Ok(match target {
+            LinkTarget::Serial(path) => Link::Real(tmcl_link::Link::serial(path, baud, timeout)?),
+            LinkTarget::Tcp(address) => Link::Real(tmcl_link::Link::tcp(address, timeout)?),
+            LinkTarget::Slcan(adapter) => match Self::open(adapter, baud, timeout, product, surroundings)? {
+                Link::Real(adapter) => Link::Real(adapter.through_adapter()?),
+                simulated @ Link::Simulated(_) => simulated,
+            },
+            LinkTarget::Simulated => Link::Simulated(Box::new(Simulated::new(product, surroundings, timeout)?)),
+        })
     }
 
     /// Takes the reply of any module from now on. Without this only a link to one module does: that of USB, and a module
     /// inside this program.
-    pub fn take_any(&mut self) {
-        self.takes_any = true;
-    }
-
-    fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Kind, Failure> {
-        let wire = match target {
-            LinkTarget::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Kind::SlcanTcp),
-            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.device).map(Kind::SlcanSerial),
-            LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(lost(std::io::ErrorKind::Unsupported)),
-        };
-        wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
+    pub(crate) fn take_any(&mut self) {
+        if let Link::Real(link) = self {
+            link.take_any();
+        }
     }
 
     /// Logs from now on what goes over the link to a module, of which it may be known what it is.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn log_to(&mut self, file: &LogFile, product: Option<Product>) -> Result<(), Failure> {
-        let name = match &self.kind {
-            Kind::Serial(_) => "serial",
-            Kind::Tcp(_) => "tcp",
-            Kind::SlcanSerial(_) | Kind::SlcanTcp(_) => CAN,
-            Kind::Simulated(_) => "sim",
-        };
-        self.log = file.begin(name, product)?;
+    pub(crate) fn log_to(&mut self, file: &LogFile, product: Option<Product>) -> Result<(), Failure> {
+        match self {
+            Link::Real(link) => {
+                let log = file.begin(link.name(), product)?;
+                link.listen(Box::new(log));
+            }
+            Link::Simulated(module) => module.log = file.begin("sim", product)?,
+        }
         Ok(())
     }
 
-    fn ask(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let (timeout, takes_any, log) = (self.timeout, self.takes_any, &mut self.log);
-        let question = || match u8::try_from(address) {
-            Ok(address) => Ok(Question { address, command, takes_any }),
-            Err(_) => Err(LinkError::Address),
-        };
-        match &mut self.kind {
-            Kind::Serial(serial) => serial.exchange(&question()?, timeout, log),
-            Kind::Tcp(tcp) => tcp.exchange(&question()?, timeout, log),
-            Kind::SlcanSerial(adapter) => adapter.ask(address, command, timeout, log),
-            Kind::SlcanTcp(adapter) => adapter.ask(address, command, timeout, log),
-            Kind::Simulated(module) => module.exchange(&question()?.telegram(), timeout, log),
+    /// The link as the tools use it.
+    pub(crate) fn wire(self) -> Box<dyn Wire> {
+        match self {
+            Link::Real(link) => Box::new(link),
+            Link::Simulated(module) => module,
         }
-    }
-}
-
-impl Wire for Link {
-    fn simulated(&mut self) -> Option<&mut NativeModule> {
-        match &mut self.kind {
-            Kind::Simulated(module) => Some(&mut module.0),
-            _ => None,
-        }
-    }
-
-    fn set_timeout(&mut self, timeout: Duration) {
-        self.timeout = timeout;
-    }
-
-    fn time(&self) -> Duration {
-        match &self.kind {
-            Kind::Simulated(module) => module.time(),
-            _ => self.opened.elapsed(),
-        }
-    }
-
-    fn pause(&mut self, time: Duration, stop: &dyn Stop) -> bool {
-        match &mut self.kind {
-            Kind::Simulated(module) => {
-                module.pass(time);
-                stop.happened()
-            }
-            _ => stop.within(time),
-        }
-    }
-
-    fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let reply = self.ask(address, command);
-        if let Err(LinkError::NoReply { .. } | LinkError::Others { .. }) = reply {
-            let now = match &self.kind {
-                Kind::Simulated(module) => module.time(),
-                _ => self.log.now(),
-            };
-            self.log.give_up(now);
-        }
-        self.log.check()?;
-        reply
     }
 }
 

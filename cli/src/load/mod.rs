@@ -4,12 +4,12 @@ mod options;
 mod transfer;
 mod watch;
 
+use tmcl_link::EndSignal;
 use tmcl_tools::asm::Settings;
 
 use crate::failure::Failure;
 use crate::files::is_standard;
 use crate::program::read_program;
-use crate::signal::EndSignal;
 pub use options::Options;
 use transfer::{fit, load};
 

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use tmcl_link::EndSignal;
 use tmcl_tools::asm::Settings;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::product::global_number;
@@ -12,7 +13,6 @@ use tmcm::tmcl::{Command, Opcode};
 use super::options::Options;
 use crate::failure::Failure;
 use crate::progress;
-use crate::signal::EndSignal;
 use crate::tell;
 
 /// Type of command 129 that starts the program at an address.

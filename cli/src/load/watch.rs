@@ -5,15 +5,15 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use tmcl_link::EndSignal;
 use tmcl_tools::asm::Settings;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::stop::Stop;
 
 use super::options::Options;
 use super::transfer::{fit, load};
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::program::read_watched;
-use crate::signal::EndSignal;
 use crate::tell;
 
 /// Interval at which the files are looked at. A file that is being saved counts as saved when it has not changed for that

@@ -5,15 +5,15 @@ mod display;
 use std::time::Duration;
 
 use clap::Args;
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::monitor::{Column, Pace, columns, sample, speeds};
 use tmcl_tools::number;
 use tmcl_tools::stop::Stop;
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::link::LinkTarget;
 use crate::reach::Reach;
-use crate::signal::EndSignal;
 use display::{Display, Form};
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::params::{Setting, all, differences, values};
 use tmcl_tools::product::Product;
@@ -13,7 +14,6 @@ use crate::files::STANDARD;
 use crate::link::LinkTarget;
 use crate::progress;
 use crate::reach::{LinkOptions, Reach};
-use crate::signal::EndSignal;
 use crate::tell::{self, Tone};
 
 /// One of the two things that are compared, as the user has named it.

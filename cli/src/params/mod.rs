@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::params::{Assignment, Saved, Settings, Wanted, Where, check, list, restore, save};
 use tmcm::param::GlobalParameter;
@@ -17,7 +18,6 @@ use crate::link::LinkTarget;
 use crate::output::Output;
 use crate::progress;
 use crate::reach::{LinkOptions, Reach};
-use crate::signal::EndSignal;
 use crate::tell;
 use diff::Side;
 

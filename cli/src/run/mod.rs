@@ -1,38 +1,26 @@
 //! `tmcl run`: a program on a virtual module, in virtual time, with report, trace and plot.
 
-mod host;
-mod mishap;
-mod plot;
-mod recording;
-mod report;
-mod rotor;
-mod script;
-mod session;
-mod time;
-mod trace;
-
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
+use tmcl_link::EndSignal;
 use tmcl_tools::asm::Settings;
 use tmcl_tools::product::{self, Product};
+use tmcl_tools::run::{End, Event, Recording, Report, Session, Trace, draw, in_order, ran, time, variables};
 use tmcm_sim::NativeModule;
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::files::{STANDARD, is_standard};
 use crate::output::Output;
 use crate::program::read_program;
-use crate::signal::EndSignal;
+use crate::progress;
 use crate::sim::read_world;
 use crate::tell;
-use recording::Recording;
-use report::Report;
-pub use script::{Action, Event};
-use session::{End, Session};
-use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does
 ///
@@ -119,6 +107,8 @@ Examples:
       for a script: is anything wrong, and where is the motor?
 The exit code is 0 however the program ends, and 1 if it cannot be run, or with --strict if anything went wrong in it.";
 
+/// Real time after which a progress bar is shown.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
@@ -133,20 +123,30 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch()?;
     let mut plot = options.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
-    let trace = options.trace.as_deref().map(|path| Output::stream("--trace", path)).transpose()?;
-    let trace = trace.map(|out| Trace::begin(out, &program));
+    let trace = RefCell::new(options.trace.as_deref().map(|path| Output::stream("--trace", path)).transpose()?);
+    let unwritten = RefCell::new(None);
+    let mut write = |text: &str| {
+        let written = trace.borrow_mut().as_mut().map_or(Ok(()), |out| out.write(text.as_bytes()));
+        written.map_err(|failure| unwritten.replace(Some(failure))).is_ok()
+    };
     let recording = plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);
-    let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
-    let before = report::variables(&mut session.module);
-    let end = session.run(options.until, &signal)?;
+    let told = trace.borrow().is_some().then(|| Trace::begin(&mut write, &program));
+    let mut session = Session::new(module, &program, in_order(&options.at), told, recording)?;
+    let before = variables(&mut session.module);
+    let end = session.run(options.until, &signal, &mut progress::bar_after(PATIENCE));
+    if let Some(failure) = unwritten.take() {
+        return Err(failure);
+    }
+    let end = end?;
+    trace.take().map_or(Ok(()), Output::finish)?;
     let mut report = Report::of(&mut session, end, options.until, &program, &before);
     if let Some((plot, recording)) = plot.as_mut().zip(session.recording.as_ref()) {
         let name = match options.program.file_name().map(|name| name.to_string_lossy()) {
             Some(name) if !is_standard(&options.program) => name,
             _ => "standard input".into(),
         };
-        plot.write(plot::draw(&name, report::time(&session, end), recording, &program).as_bytes())?;
+        plot.write(draw(&name, ran(&session, end), recording, &program).as_bytes())?;
         report.plot = Some(plot.name().into());
     }
     let beside = plot.as_ref().is_some_and(Output::is_standard);

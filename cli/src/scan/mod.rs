@@ -7,19 +7,19 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use clap::Args;
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::{ASK_VERSION, Conversation, Error};
 use tmcl_tools::product::Product;
 use tmcl_tools::stop::Stop;
-use tmcl_tools::wire::{LinkError, Wire};
+use tmcl_tools::wire::LinkError;
 use tmcm::param::BAUD_RATES;
 use tmcm::tmcl::binary::Received;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::link::{Link, LinkTarget, LogFile, Surroundings};
 use crate::progress::Progress;
 use crate::reach::note;
-use crate::signal::EndSignal;
 use crate::tell;
 use found::Found;
 
@@ -187,7 +187,6 @@ struct Scanner<'a> {
 impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
         let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
-        link.set_timeout(options.timeout());
         // Whoever answers is found, at whatever address.
         link.take_any();
         if let Some(file) = &options.log_telegrams {
@@ -197,14 +196,9 @@ impl<'a> Scanner<'a> {
             LinkTarget::Serial(_) => Some(baud),
             LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => None,
         };
-        Ok(Scanner {
-            options,
-            module: Conversation::new(Box::new(link), UNUSED_ADDRESS, None, note),
-            baud,
-            modules: 0,
-            heard: false,
-            first: None,
-        })
+        let mut module = Conversation::new(link.wire(), UNUSED_ADDRESS, None, note);
+        module.set_timeout(options.timeout());
+        Ok(Scanner { options, module, baud, modules: 0, heard: false, first: None })
     }
 
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {

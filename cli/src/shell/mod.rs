@@ -24,6 +24,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::product::Product;
 use tmcl_tools::replies;
@@ -31,10 +32,9 @@ use tmcl_tools::request::Request;
 use tmcl_tools::stop::Stop;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::link::LinkTarget;
 use crate::reach::Reach;
-use crate::signal::EndSignal;
 use crate::tell;
 use crate::terminal;
 use crate::terminal::editor::{Editor, Input};

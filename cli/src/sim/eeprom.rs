@@ -14,12 +14,12 @@ use std::sync::atomic::AtomicBool;
 
 use hal_sim::chip::at25::Backing;
 use signal_hook::consts::SIGXFSZ;
+use tmcl_link::wording::words;
+use tmcm_sim::Product;
 
 use super::say;
 use crate::draft::{beside, left_beside};
 use crate::failure::Failure;
-use crate::wording::words;
-use tmcm_sim::Product;
 
 /// A file with the contents of the EEPROM.
 #[derive(Debug)]

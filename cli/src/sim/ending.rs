@@ -5,11 +5,11 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Instant;
 
 use rustix::io::Errno;
+use tmcl_link::EndSignal;
+use tmcl_link::poll::readable;
 use tmcl_tools::stop::Stop;
 
 use crate::failure::Failure;
-use crate::poll::readable;
-use crate::signal::EndSignal;
 
 /// Watches for signals and for the end of standard input.
 #[derive(Debug)]

@@ -1,7 +1,6 @@
 //! `tmcl sim`: virtual modules in real time, or in time that a host controls, with links that host software opens.
 
 pub mod answer;
-pub(crate) mod claim;
 pub mod control;
 mod desk;
 pub mod eeprom;
@@ -24,35 +23,34 @@ mod timekeeper;
 pub mod watch;
 mod worlds;
 
-pub(crate) use options::address;
-pub use options::{Firmware, Options};
-pub(crate) use worlds::read_world;
-
 use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
+use tmcl_link::wording::words;
 use tmcm::canopen;
 use tmcm::module::Spec;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::{Fleet, Member};
+use tmcm_sim::image::{self, ImageModule, Setup};
+use tmcm_sim::{Model, Product};
 
 use crate::failure::Failure;
 use crate::files;
 use crate::output::Output;
 use crate::tell;
-use crate::wording::words;
 use control::ControllerId;
 use eeprom::EepromFile;
 use ending::Ending;
 use factory::Factory;
 use inquiries::Inquiries;
 use links::Links;
+pub(crate) use options::address;
+pub use options::{Firmware, Options};
 use simulator::Simulator;
 use timekeeper::Timekeeper;
-use tmcm_sim::VirtualModule;
-use tmcm_sim::fleet::{Fleet, Member};
-use tmcm_sim::image::{self, ImageModule, Setup};
-use tmcm_sim::{Model, Product};
+pub(crate) use worlds::read_world;
 
 /// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
 const SEED: u32 = 1;

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::OptionalActions;
+use tmcl_link::claim;
+use tmcl_link::wording::words;
 
-use super::claim;
 use super::stream::Stream;
 use crate::failure::Failure;
-use crate::wording::words;
 
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]

@@ -9,6 +9,9 @@ use std::time::{Duration, Instant};
 use hal_sim::board::BoardKind;
 use hal_sim::clock::SECOND;
 use rustix::event::{PollFd, PollFlags, Timespec};
+use tmcl_link::wording::words;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::{Fleet, Lost};
 
 use super::answer::Told;
 use super::control::{Controller, ControllerId};
@@ -21,9 +24,6 @@ use super::say;
 use super::timekeeper::{Finished, Timekeeper};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::wording::words;
-use tmcm_sim::VirtualModule;
-use tmcm_sim::fleet::{Fleet, Lost};
 
 /// The state of the running simulator.
 pub(super) struct Simulator<'a, M> {

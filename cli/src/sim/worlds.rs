@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use hal_sim::world::config::WorldConfig;
+use tmcl_link::wording::words;
+use tmcm_sim::Product;
 
 use super::options::Options;
 use crate::failure::Failure;
 use crate::files;
-use crate::wording::words;
-use tmcm_sim::Product;
 
 /// The world of each module. Each product has its own idea of what there can be.
 pub(super) fn of_all(options: &Options) -> Result<Vec<WorldConfig>, Failure> {

@@ -11,12 +11,12 @@ use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::history::MemHistory;
 use rustyline::{Config, Context, Helper, Highlighter, Hinter, Validator};
+use tmcl_link::EndSignal;
+use tmcl_link::poll::{Ready, either};
+use tmcl_link::wording::words;
 
 use super::is_interactive;
-use crate::failure::Failure;
-use crate::poll::{Ready, either};
-use crate::signal::EndSignal;
-use crate::wording::words;
+use crate::failure::{Ended, Failure};
 
 /// The outcome of waiting for a line.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
 use rustix::termios::{LocalModes, OptionalActions, SpecialCodeIndex, Termios};
+use tmcl_link::EndSignal;
+use tmcl_link::poll::{Ready, either};
 
 use crate::failure::Failure;
-use crate::poll::{Ready, either};
-use crate::signal::EndSignal;
 
 /// The outcome of waiting for keys.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tmcl_link::wording::words;
 use tmcl_tools::product;
 use tmcm_sim::scenario::Case;
 use tmcm_sim::scenario::suite::File;
@@ -12,7 +13,6 @@ use super::sources::{expanded, read_file};
 use crate::failure::Failure;
 use crate::files::read_text;
 use crate::sim::{Firmware, read_world};
-use crate::wording::words;
 
 /// Test the behaviour of a module, or of a TMCL program in it, that scenario files describe
 ///

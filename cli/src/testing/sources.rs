@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use tmcl_link::wording::words;
 use tmcm_sim::Model;
 use tmcm_sim::scenario::suite::File;
 use tmcm_sim::scenario::{self, Surroundings};
@@ -9,7 +10,6 @@ use tmcm_sim::scenario::{self, Surroundings};
 use super::programs;
 use crate::failure::Failure;
 use crate::files::{is_standard, name, read_named};
-use crate::wording::words;
 
 /// File name extension of scenario files, for which a folder is searched.
 const EXTENSION: &str = "txt";

@@ -3,13 +3,13 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use tmcl_link::EndSignal;
+use tmcl_link::poll::readable;
+use tmcl_link::wording::words;
 use tmcl_tools::stop::Stop;
 
-use crate::failure::Failure;
-use crate::poll::readable;
-use crate::signal::EndSignal;
+use crate::failure::{Ended, Failure};
 use crate::tell;
-use crate::wording::words;
 
 /// Time between two looks for a signal.
 const LOOK: Duration = Duration::from_millis(50);

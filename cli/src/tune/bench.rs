@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
+use tmcl_link::EndSignal;
 use tmcl_tools::conversation::{Conversation, Error};
 use tmcl_tools::product::{Product, axis_number};
 use tmcl_tools::stop::Stop;
@@ -10,10 +11,9 @@ use tmcl_tools::wire::LinkError;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::link::LinkTarget;
 use crate::reach::Reach;
-use crate::signal::EndSignal;
 use crate::tell;
 
 /// MVP ABS.

@@ -29,6 +29,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
+use tmcl_link::EndSignal;
 use tmcm::param::AxisParameter as P;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::ProgramState;
@@ -38,7 +39,6 @@ use crate::link::LinkTarget;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::reach::Reach;
-use crate::signal::EndSignal;
 use crate::sim::read_world;
 use crate::tell;
 use crate::terminal;

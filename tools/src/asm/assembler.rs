@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tmcm::tmcl::{Command, Instruction, Opcode, text};
+use tmcm_sim::suggest::suggestion;
 
 use super::check;
 use super::diagnostic::{Diagnostic, Diagnostics, SHOWN, Severity};
@@ -17,10 +18,8 @@ use super::source::{Problem, Source};
 use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
-
 use crate::product::Product;
 use crate::sources::{Sources, Texts};
-use tmcm_sim::suggest::suggestion;
 
 /// Most commands that addresses have room for.
 const MOST_COMMANDS: usize = 1 << 16;

@@ -6,10 +6,10 @@ use tmcm::module::Spec;
 use tmcm::module::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS};
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES, TIMERS};
 use tmcm::tmcl::{ALL_AXES, AxisSet, Command, FIRST_SET, Field, Instruction, MotorField, Opcode};
+use tmcm_sim::wire::names::Named;
 
 use crate::product::parameter;
 use crate::program::target;
-use tmcm_sim::wire::names::Named;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;
@@ -252,9 +252,10 @@ fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use tmcm::product::{TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
     use tmcm::tmcl::text;
+
+    use super::*;
 
     fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {
         warnings(spec, text::parse(line).unwrap(), 0..10).into_iter().map(|(_, message)| message).collect()

@@ -1,6 +1,7 @@
 //! Makes a command of the mnemonic and operands in a source line.
 
 use tmcm::tmcl::{Command, Field, Instruction, text};
+use tmcm_sim::suggest::suggestion;
 
 use super::check::Part;
 use super::expression::evaluate;
@@ -8,7 +9,6 @@ use super::source::{Problem, Span};
 use super::statement::{CommandLine, Head, Operand};
 use super::symbol::Symbols;
 use super::token::{Kind, Token};
-use tmcm_sim::suggest::suggestion;
 
 /// The command of a line; `text` is the line's text, which errors quote.
 pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Result<Command, Problem> {

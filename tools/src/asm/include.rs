@@ -107,10 +107,12 @@ fn short(prefix: &str, parameter: &impl Debug) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::collections::HashSet;
+
     use tmcm::param::Interrupt;
     use tmcm::product::{TMCM_1140, TMCM_3110, TMCM_6110};
+
+    use super::*;
 
     /// Existing programs contain these names, so none of them may change.
     #[test]

@@ -5,11 +5,11 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use tmcm::tmcl::Instruction;
+use tmcm_sim::suggest::suggestion;
 
 use super::include;
 use super::source::Source;
 use crate::product::{self, Product};
-use tmcm_sim::suggest::suggestion;
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

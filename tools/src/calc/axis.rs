@@ -167,9 +167,10 @@ impl Asked {
 
 #[cfg(test)]
 mod tests {
+    use tmcm::product::TMCM_3212;
+
     use super::super::value;
     use super::*;
-    use tmcm::product::TMCM_3212;
 
     const AXIS: Axis = Axis {
         spec: &TMCM_3212,

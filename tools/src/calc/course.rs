@@ -2,6 +2,7 @@
 
 use tmcm::motion::tmc429::ramp::braking;
 use tmcm::param::AxisParameter;
+use tmcm_sim::suggest::suggestion;
 
 use super::axis::{Axis, Made, NO_LEAD};
 use super::exact::Exact;
@@ -9,7 +10,6 @@ use super::ramp::{Leg, Move, Side, travel};
 use super::scale::{Generator, Quantity, Unit};
 use super::table::{self, Line};
 use super::value::{self, Meaning};
-use tmcm_sim::suggest::suggestion;
 
 /// How each form is written, for messages.
 const MOVE: &str = "tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s";

@@ -13,15 +13,14 @@ mod value;
 
 use tmcm::param::AxisParameter;
 
+pub use self::axis::MOST_DIVIDED;
 use self::axis::{Axis, Made};
 use self::exact::Exact;
+pub use self::live::{Live, Settings};
 use self::scale::{Generator, Quantity, Scale, Unit};
 use self::table::Line;
 use self::value::{Meaning, Value};
 use crate::product::Product;
-
-pub use self::axis::MOST_DIVIDED;
-pub use self::live::{Live, Settings};
 
 /// What is known of an axis beside its product, and goes before what a module says of itself.
 #[derive(Clone, Copy, Debug)]

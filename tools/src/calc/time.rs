@@ -74,8 +74,9 @@ fn rows(spec: &Spec) -> impl Iterator<Item = (&'static str, &'static Row)> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use tmcm::product::TMCM_3212;
+
+    use super::*;
 
     /// 512 clocks of 16 MHz are 32 us, and 31250 of them are a second; 2^18 clocks are 16.384 ms (TMC5160 datasheet,
     /// sections 6.3.1 and 6.2).

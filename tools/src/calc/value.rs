@@ -1,11 +1,11 @@
 //! Values with their units, as a user writes them: `60 rpm`, `1000 int`, `0.5 s`.
 
 use tmcm::module::Spec;
+use tmcm_sim::suggest::suggestion;
 
 use super::exact::Exact;
 use super::scale::{Quantity, Unit};
 use super::{current, time};
-use tmcm_sim::suggest::suggestion;
 
 /// Other ways to write a unit, without spaces.
 const ALIASES: [(&str, &str); 12] = [

@@ -1,7 +1,8 @@
 //! The commands of the debugger as the user types them.
 
-use crate::suggest::module_command;
 use tmcm_sim::suggest::suggestion;
+
+use crate::suggest::module_command;
 
 /// The words of the commands.
 pub const WORDS: [&str; 18] = [

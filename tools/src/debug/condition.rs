@@ -1,9 +1,8 @@
 //! Conditions of breakpoints: `acc > 5`.
 
-use crate::conversation::{Conversation, Error};
-
 use super::names::Names;
 use super::quantity::Quantity;
+use crate::conversation::{Conversation, Error};
 
 /// How two values are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,12 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::conversation::{Conversation, Error};
-use crate::product::Product;
-use crate::program::{Program, download};
-use crate::progress::Progress;
-use crate::request::Request;
-use crate::stop::Stop as Asked;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
@@ -22,7 +16,13 @@ use super::register::{Register, state};
 use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, State, Stop, Told};
 use super::subroutine::depth_behind;
 use super::trouble::Trouble;
+use crate::conversation::{Conversation, Error};
+use crate::product::Product;
+use crate::program::{Program, download};
+use crate::progress::Progress;
 use crate::replies::reply_to;
+use crate::request::Request;
+use crate::stop::Stop as Asked;
 
 /// Number of commands that `list` shows.
 const LINES: u16 = 11;

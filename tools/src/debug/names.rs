@@ -1,9 +1,10 @@
 //! The names that a user of the debugger can type: those of the program, and those of the product's parameters.
 
+use tmcm::tmcl::{Command, Opcode};
+
 use crate::asm::{self, Symbols};
 use crate::product::{Product, parameter};
 use crate::program::Program;
-use tmcm::tmcl::{Command, Opcode};
 
 /// Bank of the user variables.
 pub(super) const VARIABLES: u8 = 2;
@@ -104,9 +105,8 @@ impl Names {
 
 #[cfg(test)]
 mod tests {
-    use crate::asm::assemble_text;
-
     use super::*;
+    use crate::asm::assemble_text;
 
     fn names(source: &str) -> Names {
         let product = Some(Product::Tmcm1140);

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::program::Program;
 use tmcm_sim::suggest::suggestion;
 
 use super::names::Names;
+use crate::program::Program;
 
 /// The address that the user has typed. `file` is the file of the program.
 ///
@@ -61,11 +61,10 @@ fn is_named(path: &Path, named: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::asm::assemble_file;
     use crate::product::Product;
     use crate::sources::Texts;
-
-    use super::*;
 
     #[test]
     fn places_are_found() {

@@ -1,12 +1,12 @@
 //! Values that can be shown, changed, watched and compared: registers, user variables, parameters and expressions.
 
-use crate::conversation::{Conversation, Error};
 use tmcm::tmcl::{Command, Opcode};
 
 use super::names::{Names, Parameter, VARIABLES};
 use super::register::Register;
 use super::state::Reading;
 use super::trouble::Trouble;
+use crate::conversation::{Conversation, Error};
 use crate::replies::unit_and_name;
 
 /// What a value is of.
@@ -138,10 +138,9 @@ fn byte(text: &str, names: &Names) -> Result<u8, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::asm::assemble_text;
     use crate::product::Product;
-
-    use super::*;
 
     fn names() -> Names {
         let product = Some(Product::Tmcm6110);

@@ -1,11 +1,11 @@
 //! The registers of the program: read by command 135, set by the commands of programs, which modules also execute
 //! directly.
 
-use crate::conversation::{Conversation, Error};
 use tmcm::tmcl::{Command, Opcode};
 
 use super::state::State;
 use super::trouble::Trouble;
+use crate::conversation::{Conversation, Error};
 
 /// Types of command 135.
 mod kind {

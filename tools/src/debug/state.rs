@@ -1,9 +1,10 @@
 //! What the debugger knows and tells, as values: of these `words` makes the text, and anything else
 //! that shows a program step by step can show the same.
 
-use crate::program::Line;
 use serde::Serialize;
 use tmcm_sim::wire::Reply;
+
+use crate::program::Line;
 
 /// State of the program, as global parameter 128 and command 135 number it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

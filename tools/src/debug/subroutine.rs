@@ -1,7 +1,8 @@
 //! How deep a program is in subroutines, by what each of its steps has done.
 
-use crate::program::{Program, target};
 use tmcm::tmcl::Opcode;
+
+use crate::program::{Program, target};
 
 /// The number of subroutines that a program is in behind a step from one address to another, if it was in `depth` of them
 /// before. A step that goes to the handler of an interrupt executes no command, so a CSUB counts if it has led to its
@@ -18,8 +19,9 @@ pub(super) fn depth_behind(depth: u32, program: &Program, from: u16, to: u16) ->
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use tmcm::tmcl::text;
+
+    use super::*;
 
     #[test]
     fn calls_and_returns_are_told_from_interrupts() {

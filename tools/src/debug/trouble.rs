@@ -1,7 +1,6 @@
 //! The reasons why an action of the user has not been carried out.
 
 use crate::conversation::Error;
-
 use crate::failure::Failure;
 
 /// The reason why an action has not been carried out.

@@ -1,9 +1,9 @@
 //! The text that the debugger shows, made of the values of [`state`](super::state).
 
-use crate::product::with_unit;
 use tmcm_sim::wire::Meaning;
 
 use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, Stop, Told};
+use crate::product::with_unit;
 
 /// Width of the column of commands; the source line follows behind it.
 const SOURCE: usize = 30;

@@ -1,7 +1,8 @@
 //! The columns: which parameters of an axis are sampled, and what they are called.
 
-use crate::product::{Product, axis_number, numbers};
 use tmcm::param::AxisParameter;
+
+use crate::product::{Product, axis_number, numbers};
 
 /// The parameters that are sampled unless others are wanted, each with its name.
 const USUAL: [(AxisParameter, &str); 8] = [

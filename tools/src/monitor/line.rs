@@ -1,9 +1,9 @@
 //! Samples as lines for people.
 
-use crate::product::{Product, numbers, speed_unit, symbol};
 use tmcm::param::AxisParameter;
 
 use super::column::{Column, Usual};
+use crate::product::{Product, numbers, speed_unit, symbol};
 
 /// Names of the driver's error flags (axis parameter 208), from bit 0 on.
 const DRIVER_FLAGS: [&str; 10] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB", "STST", "S2VSA", "S2VSB"];

@@ -8,7 +8,6 @@ mod sample;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error};
-
 pub use column::{Column, Usual, usual};
 pub use line::{Shown, Speeds, line, named, short, status};
 pub use pace::Pace;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use crate::conversation::{Conversation, Error};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use tmcm::tmcl::{Command, Opcode};
 
 use super::column::Column;
+use crate::conversation::{Conversation, Error};
 
 /// A sample of an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,11 +7,12 @@ mod refusals;
 
 use std::path::Path;
 
+use tmcm::tmcl::{Command, text};
+
 use super::*;
 use crate::product::Product;
 use crate::program::binary;
 use crate::sources::Texts;
-use tmcm::tmcl::{Command, text};
 
 /// The commands of a source, which must assemble.
 fn assembled(source: &str) -> Assembly {

@@ -1,7 +1,5 @@
 //! The warnings compared with what the firmware of each product says to the same commands.
 
-use super::super::check;
-use super::*;
 use hal_sim::clock::SECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcm::module::{Source, Spec};
@@ -9,6 +7,9 @@ use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Field, Instruction, Opcode, Status};
 use tmcm_sim::NativeModule;
+
+use super::super::check;
+use super::*;
 
 /// A module that has just been switched on.
 fn new_module(product: Product) -> NativeModule {

@@ -1,7 +1,8 @@
 //! The axis of time: its ticks, in the unit that suits the span.
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use tmcl_tools::svg::{grouped, round_step};
+
+use crate::svg::{grouped, round_step};
 
 /// The ticks of a time axis, and their unit.
 pub(super) struct TimeAxis {

@@ -7,12 +7,12 @@ use std::time::Duration;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::termios::{OptionalActions, QueueSelector};
+use tmcl_tools::wire::LinkError;
 use tmcm::tmcl::binary::Telegram;
 
 use super::exchange::{converse, drop_stale};
-use super::{LinkError, Log, Question, lost};
-use crate::failure::Failure;
-use crate::sim::claim;
+use super::{Error, Question, Tap, lost};
+use crate::claim;
 use crate::wording::words;
 
 /// Message about a device that another program has locked.
@@ -27,23 +27,23 @@ pub(super) struct Serial {
 }
 
 impl Serial {
-    pub(super) fn open(path: &str, baud: u32) -> Result<Self, Failure> {
+    pub(super) fn open(path: &str, baud: u32) -> Result<Self, Error> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let device = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
             let hint = match error {
                 Errno::NOENT => ". Is the module connected? Or start a virtual one: tmcl sim --serial PATH",
-                Errno::BUSY => return Failure::Failed(format!("{path}: {IN_USE}")),
+                Errno::BUSY => return Error(format!("{path}: {IN_USE}")),
                 Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
                 _ => "",
             };
-            Failure::Failed(format!("cannot open {path}: {}{hint}", words(error)))
+            Error(format!("cannot open {path}: {}{hint}", words(error)))
         })?;
         let device = File::from(device);
         if let Err(TryLockError::WouldBlock) = device.try_lock() {
-            return Err(Failure::Failed(format!("{path}: {IN_USE}")));
+            return Err(Error(format!("{path}: {IN_USE}")));
         }
         configure(&device, baud).map_err(|error| {
-            Failure::Failed(match error {
+            Error(match error {
                 Errno::NOTTY => format!("{path} is not a serial device"),
                 Errno::INVAL => format!("{path} does not do {baud} baud"),
                 _ => format!("cannot set up {path}: {}", words(error)),
@@ -63,11 +63,11 @@ impl Serial {
         &mut self,
         question: &Question,
         timeout: Duration,
-        log: &mut Log,
+        tap: &mut dyn Tap,
     ) -> Result<Telegram, LinkError> {
-        drop_stale(&mut self.device, log);
+        drop_stale(&mut self.device, tap);
         rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(lost)?;
-        converse(&mut self.device, question, timeout, log)
+        converse(&mut self.device, question, timeout, tap)
     }
 }
 

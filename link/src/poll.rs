@@ -8,7 +8,7 @@ use rustix::io::Errno;
 
 /// What has come of a wait for two descriptors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ready {
+pub enum Ready {
     /// The first can be read; the second may be, too.
     First,
     /// The second alone can be read, or its other end has been closed.
@@ -18,7 +18,7 @@ pub(crate) enum Ready {
 }
 
 /// Waits until one of two descriptors can be read, at most until the instant `until`, or without end.
-pub(crate) fn either(first: &impl AsFd, second: &impl AsFd, until: Option<Instant>) -> std::io::Result<Ready> {
+pub fn either(first: &impl AsFd, second: &impl AsFd, until: Option<Instant>) -> std::io::Result<Ready> {
     let mut polled = [PollFd::new(first, PollFlags::IN), PollFd::new(second, PollFlags::IN)];
     Ok(match wait(&mut polled, until)? {
         false => Ready::Nothing,
@@ -28,7 +28,7 @@ pub(crate) fn either(first: &impl AsFd, second: &impl AsFd, until: Option<Instan
 }
 
 /// Waits until a descriptor can be read, at most until the instant `until`. False if it cannot be read by then.
-pub(crate) fn readable(fd: &impl AsFd, until: Instant) -> std::io::Result<bool> {
+pub fn readable(fd: &impl AsFd, until: Instant) -> std::io::Result<bool> {
     wait(&mut [PollFd::new(fd, PollFlags::IN)], Some(until))
 }
 

@@ -3,9 +3,8 @@
 
 use std::fmt::Write;
 
-use tmcl_tools::svg::{Area, Scale};
-
 use crate::run::recording::{Channel, Range, Recording, joined};
+use crate::svg::{Area, Scale};
 
 /// A column of the image, as wide as a pixel or a slice, whichever is wider: its X coordinate and the range of its
 /// values.

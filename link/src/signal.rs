@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use tmcl_tools::stop::Stop;
 
-use crate::failure::Failure;
+use crate::Error;
 use crate::poll::readable;
 use crate::wording::words;
 
@@ -29,17 +29,17 @@ static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 
 /// A wait for something else than a signal, in which signals that come are noticed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wait(());
+pub struct Wait(());
 
 impl Wait {
     /// The wait begins: signals that came before do not count.
-    pub(crate) fn begin() -> Self {
+    pub fn begin() -> Self {
         LAST.store(0, Ordering::SeqCst);
         Wait(())
     }
 
     /// The number of a signal that has come meanwhile.
-    pub(crate) fn signal(self) -> Option<u8> {
+    pub fn signal(self) -> Option<u8> {
         u8::try_from(LAST.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
     }
 }
@@ -50,8 +50,8 @@ impl EndSignal {
     ///
     /// # Errors
     /// The system refuses to watch for a signal.
-    pub fn watch() -> Result<Self, Failure> {
-        Self::register().map_err(|error| Failure::Failed(format!("cannot watch for signals: {}", words(error))))
+    pub fn watch() -> Result<Self, Error> {
+        Self::register().map_err(|error| Error(format!("cannot watch for signals: {}", words(error))))
     }
 
     fn register() -> std::io::Result<Self> {
@@ -66,12 +66,6 @@ impl EndSignal {
             signal_hook::low_level::pipe::register(signal, rope.try_clone()?)?;
         }
         Ok(EndSignal { bell, caught })
-    }
-
-    /// The failure of a subcommand that a signal has ended, with what the user has to know about it; nothing is said if
-    /// that is empty.
-    pub fn failure(&self, message: impl Into<String>) -> Failure {
-        Failure::Interrupted { signal: self.signal(), message: message.into() }
     }
 
     /// True if the signal that has come is Ctrl-C, after which an interactive program may go on.

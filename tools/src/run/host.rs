@@ -1,7 +1,6 @@
 //! The host of the virtual module: downloads the program by telegrams, as into a real module.
 
 use hal_sim::clock::SECOND;
-use tmcl_tools::program::Program;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, Opcode, Status};
@@ -9,6 +8,7 @@ use tmcm_sim::NativeModule;
 use tmcm_sim::wire::meaning;
 
 use crate::failure::Failure;
+use crate::program::Program;
 
 /// Serial address of the module.
 pub(super) const ADDRESS: u8 = 1;

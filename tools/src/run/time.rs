@@ -8,8 +8,11 @@ const UNITS: [(&str, Nanos); 5] =
 /// Longest time that is accepted; a longer one is a mistake, because its simulation would take hours.
 const LONGEST: Nanos = 1000 * 3600 * SECOND;
 
-/// Reads a time such as `10 s` or `500ms`. The error says how to write one.
-pub(super) fn parse(text: &str) -> Result<Nanos, String> {
+/// Reads a time such as `10 s` or `500ms`.
+///
+/// # Errors
+/// A message that says how one is written.
+pub fn parse(text: &str) -> Result<Nanos, String> {
     let text = text.trim();
     let unit = UNITS.iter().find_map(|(name, unit)| Some((text.strip_suffix(name)?.trim_end(), *unit)));
     let time = unit.and_then(|(number, unit)| Some(number.parse::<f64>().ok()? * unit as f64));

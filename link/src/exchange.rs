@@ -4,9 +4,10 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::wire::LinkError;
 use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 
-use super::{LinkError, Log, Question, lost};
+use super::{Question, Tap, lost};
 use crate::poll::readable;
 use crate::signal::Wait;
 
@@ -58,19 +59,19 @@ impl Patience {
 }
 
 /// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
-pub(super) fn drop_stale(device: &mut impl Read, log: &mut Log) {
+pub(super) fn drop_stale(device: &mut impl Read, tap: &mut dyn Tap) {
     let mut stale = [0; 256];
     for _ in 0..STALE_READS {
         match device.read(&mut stale) {
-            Ok(count) if count > 0 => log.back(log.now(), stale.get(..count).unwrap_or_default()),
+            Ok(count) if count > 0 => tap.back(stale.get(..count).unwrap_or_default()),
             _ => return,
         }
     }
 }
 
 /// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
-fn write_request(device: &mut impl Write, request: &Telegram, log: &mut Log) -> Result<(), LinkError> {
-    log.out(log.now(), request);
+fn write_request(device: &mut impl Write, request: &Telegram, tap: &mut dyn Tap) -> Result<(), LinkError> {
+    tap.out(request);
     device.write_all(request).map_err(lost)
 }
 
@@ -80,9 +81,9 @@ pub(super) fn converse(
     device: &mut (impl Read + Write + AsFd),
     question: &Question,
     timeout: Duration,
-    log: &mut Log,
+    tap: &mut dyn Tap,
 ) -> Result<Telegram, LinkError> {
-    write_request(device, &question.telegram(), log)?;
+    write_request(device, &question.telegram(), tap)?;
     let mut patience = Patience::begin(timeout);
     let (asked, mut answered) = (question.address, Vec::new());
     loop {
@@ -90,7 +91,7 @@ pub(super) fn converse(
         let reply = if patience.is_over() {
             Err(LinkError::NoReply { bytes: 0 })
         } else {
-            read_reply(device, &mut patience, log)
+            read_reply(device, &mut patience, tap)
         };
         match reply {
             Ok(reply) => match question.other(&reply) {
@@ -107,7 +108,11 @@ pub(super) fn converse(
 }
 
 /// Reads the nine bytes of a reply from a device that is in non-blocking mode.
-fn read_reply(device: &mut (impl Read + AsFd), patience: &mut Patience, log: &mut Log) -> Result<Telegram, LinkError> {
+fn read_reply(
+    device: &mut (impl Read + AsFd),
+    patience: &mut Patience,
+    tap: &mut dyn Tap,
+) -> Result<Telegram, LinkError> {
     let mut reply: Telegram = [0; TELEGRAM];
     let mut bytes = 0;
     while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
@@ -118,7 +123,7 @@ fn read_reply(device: &mut (impl Read + AsFd), patience: &mut Patience, log: &mu
             Ok(0) => return Err(LinkError::Closed),
             Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
             Ok(count) => {
-                log.back(log.now(), rest.get(..count).unwrap_or_default());
+                tap.back(rest.get(..count).unwrap_or_default());
                 bytes += count;
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
@@ -130,43 +135,41 @@ fn read_reply(device: &mut (impl Read + AsFd), patience: &mut Patience, log: &mu
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::link::LogFile;
     use std::os::unix::net::UnixStream;
-    use tmcm::tmcl::{Command, Reply, Status, binary};
-    use tmcm_sim::Client;
-    use tmcm_sim::wire::Place;
 
-    /// What came too late is thrown away in front of the next request, and stands in the log.
+    use tmcm::tmcl::{Command, Reply, Status, binary};
+
+    use super::*;
+
+    /// Notes the bytes and their directions.
+    #[derive(Default)]
+    struct Notes(Vec<(char, Vec<u8>)>);
+
+    impl Tap for Notes {
+        fn out(&mut self, bytes: &[u8]) {
+            self.0.push(('>', bytes.into()));
+        }
+
+        fn back(&mut self, bytes: &[u8]) {
+            self.0.push(('<', bytes.into()));
+        }
+    }
+
+    /// What came too late is thrown away in front of the next request, and those who listen hear it.
     #[test]
-    fn a_late_reply_is_in_the_log() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log");
-        let file = LogFile::named(path.to_str().unwrap()).unwrap();
-        let mut log = file.begin("serial", None).unwrap();
+    fn a_late_reply_is_heard_and_thrown_away() {
+        let mut tap = Notes::default();
         let (mut host, mut module) = UnixStream::pair().unwrap();
         host.set_nonblocking(true).unwrap();
         let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
         let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
-        write_request(&mut host, &request, &mut log).unwrap();
-        log.give_up(log.now());
+        write_request(&mut host, &request, &mut tap).unwrap();
         module.write_all(&reply(1)).unwrap();
-        drop_stale(&mut host, &mut log);
-        write_request(&mut host, &request, &mut log).unwrap();
+        drop_stale(&mut host, &mut tap);
+        write_request(&mut host, &request, &mut tap).unwrap();
         module.write_all(&reply(2)).unwrap();
-        assert_eq!(read_reply(&mut host, &mut Patience::begin(Duration::from_secs(60)), &mut log).unwrap(), reply(2));
-        log.check().unwrap();
-        let text = std::fs::read_to_string(&path).unwrap();
-        let said: Vec<&str> = text.lines().map(|line| line[55..].trim()).collect();
-        let late = "from 1: to command 6: 1, status 100 ok";
-        assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
-        // Another link is in the same file, and told apart.
-        let mut other = file.begin("serial", None).unwrap();
-        other.out(Duration::ZERO, &request);
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),
-            "{text}"
-        );
+        assert_eq!(read_reply(&mut host, &mut Patience::begin(Duration::from_secs(60)), &mut tap).unwrap(), reply(2));
+        let said = [('>', request), ('<', reply(1)), ('>', request), ('<', reply(2))];
+        assert_eq!(tap.0, said.map(|(direction, bytes)| (direction, bytes.to_vec())));
     }
 }

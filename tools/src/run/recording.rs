@@ -3,11 +3,11 @@
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
-use tmcl_tools::calc;
-use tmcl_tools::product::Product;
 use tmcm_sim::NativeModule;
 
 use super::rotor::elsewhere;
+use crate::calc;
+use crate::product::Product;
 
 /// Most slices: more than a plot has pixels.
 const MOST: usize = 4096;
@@ -101,7 +101,7 @@ pub(super) fn joined(a: Range, b: Range) -> Range {
 
 /// The recording of a run.
 #[derive(Clone, Debug)]
-pub(super) struct Recording {
+pub struct Recording {
     /// Length of a slice in nanoseconds.
     pub(super) interval: Nanos,
     /// What the module is.
@@ -124,7 +124,7 @@ pub(super) struct Recording {
 
 impl Recording {
     /// The recording of a module.
-    pub(super) fn new(product: Product) -> Self {
+    pub fn new(product: Product) -> Self {
         let [axes, outputs] = [product.spec().axes, product.spec().outputs].map(usize::from);
         let (interval, inputs) = (MILLISECOND, product.kind().inputs.len());
         Recording {
@@ -263,10 +263,12 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::collections::BTreeSet;
+
     use hal_sim::clock::SECOND;
     use hal_sim::world::config::WorldConfig;
-    use std::collections::BTreeSet;
+
+    use super::*;
 
     #[test]
     fn long_runs_stay_small_and_keep_their_extremes() {

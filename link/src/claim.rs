@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Claims a path for a symbolic link to a terminal; fails while another simulator has the path. The old link's target does not
 /// show whether its simulator still runs, because the numbers of terminals are used again.
-pub(super) fn path(link: &Path) -> io::Result<OwnedFd> {
+pub fn path(link: &Path) -> io::Result<OwnedFd> {
     let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = fs::metadata(parent)?;
     let mut hasher = DefaultHasher::new();
@@ -18,12 +18,12 @@ pub(super) fn path(link: &Path) -> io::Result<OwnedFd> {
 }
 
 /// Claims a terminal as the end of a USB cable.
-pub(super) fn usb(device: &Path) -> io::Result<OwnedFd> {
+pub fn usb(device: &Path) -> io::Result<OwnedFd> {
     take(&end_of_cable(device)?)
 }
 
 /// True if a simulator that runs has claimed this terminal as the end of a USB cable.
-pub(crate) fn is_usb(device: &Path) -> bool {
+pub fn is_usb(device: &Path) -> bool {
     end_of_cable(device).is_ok_and(|name| is_taken(&name))
 }
 

@@ -1,13 +1,9 @@
 //! The run itself: lets virtual time pass, applies the events of option `--at`, and feeds trace, recording and report.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Control;
-use tmcl_tools::product::{Product, read_unit_mode};
-use tmcl_tools::program::Program;
-use tmcl_tools::stop::Stop;
 use tmcm::module::Source;
 use tmcm::tmcl::binary;
 use tmcm::tmcl::{Command, Opcode};
@@ -22,24 +18,24 @@ use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
+use crate::product::{Product, read_unit_mode};
+use crate::program::Program;
 use crate::progress::Progress;
-use crate::signal::EndSignal;
+use crate::stop::Stop;
 
 /// Interval at which values are recorded, in virtual time.
 const TICK: Nanos = MILLISECOND;
 /// Number of ticks between two checks for signals and for the progress bar.
 const LOOK: u64 = 64;
-/// Real time after which a progress bar is shown.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The reason why a run is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+pub enum End {
     /// The program has ended, and no event is left.
     Program,
     /// The time of option `--until` has been reached.
     Time,
-    /// The user has pressed Ctrl-C.
+    /// It has been asked to end.
     Signal,
 }
 
@@ -55,14 +51,14 @@ pub(super) struct Counts {
 }
 
 /// A program that runs in a virtual module.
-pub(super) struct Session<'a> {
+pub struct Session<'a> {
     /// The module.
-    pub(super) module: NativeModule,
+    pub module: NativeModule,
     program: &'a Program,
     events: VecDeque<Event>,
-    trace: Option<Trace>,
+    trace: Option<Trace<'a>>,
     /// The recording for the plot, if one is wanted.
-    pub(super) recording: Option<Recording>,
+    pub recording: Option<Recording>,
     /// When the program was started, in virtual time.
     pub(super) start: Nanos,
     /// Virtual time that has passed since the start.
@@ -80,11 +76,14 @@ pub(super) struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// A session with the program downloaded, ready to be started.
-    pub(super) fn new(
+    ///
+    /// # Errors
+    /// The module does not take the program.
+    pub fn new(
         mut module: NativeModule,
         program: &'a Program,
         events: Vec<Event>,
-        trace: Option<Trace>,
+        trace: Option<Trace<'a>>,
         recording: Option<Recording>,
     ) -> Result<Self, Failure> {
         host::download(&mut module, program)?;
@@ -119,9 +118,10 @@ impl<'a> Session<'a> {
     }
 
     /// Runs the program from address 0 on until it has ended and no event is left, or until the time `end`.
-    pub(super) fn run(&mut self, end: Nanos, signal: &EndSignal) -> Result<End, Failure> {
-        let began = Instant::now();
-        let mut progress: Option<Progress> = None;
+    ///
+    /// # Errors
+    /// The module does not start it, a change of the world is not possible, or the trace cannot be written.
+    pub fn run(&mut self, end: Nanos, stop: &dyn Stop, progress: &mut dyn FnMut(Progress<'_>)) -> Result<End, Failure> {
         self.send(Command::new(Opcode::RunApplication as u8, 0, 0, 0));
         self.sample();
         for tick in 1.. {
@@ -135,13 +135,11 @@ impl<'a> Session<'a> {
                 return self.finish(End::Time);
             }
             if tick.is_multiple_of(LOOK) {
-                if signal.happened() {
+                if stop.happened() {
                     return self.finish(End::Signal);
                 }
-                if began.elapsed() > PATIENCE {
-                    let total = (end / TICK) as usize;
-                    progress.get_or_insert_with(|| Progress::new("running the program", total)).reach(tick as usize);
-                }
+                let total = (end / TICK) as usize;
+                progress(Progress { what: "running the program", done: tick as usize, total });
             }
         }
         self.finish(End::Time)

@@ -6,10 +6,6 @@ use std::fmt::{self, Write};
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::{Serialize, Serializer};
-use tmcl_tools::calc;
-use tmcl_tools::product::{Product, speed_words};
-use tmcl_tools::program::Program;
-use tmcl_tools::program::target;
 use tmcm::param::USER_VARIABLES;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::{Awaited, ProgramState, Wait};
@@ -19,13 +15,17 @@ use super::mishap::Mishaps;
 use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
+use crate::calc;
+use crate::product::{Product, speed_words};
+use crate::program::Program;
+use crate::program::target;
 
 /// Bank of the user variables.
 const VARIABLES: u8 = 2;
 
 /// How a program ended and what it has done. What is not known of a module without power is left out of JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Report {
+pub struct Report {
     /// Why the run is over, and where the program is.
     end: String,
     /// True if the program would go on.
@@ -47,7 +47,7 @@ pub(super) struct Report {
     events: Vec<Happened>,
     /// The file with the plot, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) plot: Option<String>,
+    pub plot: Option<String>,
 }
 
 /// What is seen of a module from outside.
@@ -97,13 +97,13 @@ fn seconds<S: Serializer>(time: &Nanos, serializer: S) -> Result<S::Ok, S::Error
 }
 
 /// The present values of all user variables, by number.
-pub(super) fn variables(module: &mut NativeModule) -> Vec<Option<i32>> {
+pub fn variables(module: &mut NativeModule) -> Vec<Option<i32>> {
     let numbers = (0..=u8::MAX).take(USER_VARIABLES);
     numbers.map(|number| module.read(Command::new(Opcode::Ggp as u8, number, VARIABLES, 0))).collect()
 }
 
 /// Time that the program has run.
-pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
+pub fn ran(session: &Session<'_>, end: End) -> Nanos {
     match (end, &session.counts.last) {
         (End::Program, Some(step)) => step.at.saturating_sub(session.start),
         _ => session.time(),
@@ -112,13 +112,7 @@ pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
 
 impl Report {
     /// The report of a run that is over; `before` has the values of the user variables at the start of the program.
-    pub(super) fn of(
-        session: &mut Session<'_>,
-        end: End,
-        limit: Nanos,
-        program: &Program,
-        before: &[Option<i32>],
-    ) -> Self {
+    pub fn of(session: &mut Session<'_>, end: End, limit: Nanos, program: &Program, before: &[Option<i32>]) -> Self {
         let now = variables(&mut session.module);
         let changed = (0..=u8::MAX).zip(before.iter().zip(&now)).filter(|(_, (before, now))| before != now);
         let machine = session.module.machine();
@@ -130,7 +124,7 @@ impl Report {
         Report {
             end: ending(session, end, limit, program),
             running: machine.is_some_and(|machine| machine.runs()),
-            time: time(session, end),
+            time: ran(session, end),
             commands: session.counts.executed,
             mishaps: session.counts.mishaps.clone(),
             module: Module::of(&session.module, session.product()),
@@ -142,7 +136,7 @@ impl Report {
     }
 
     /// What went wrong, for a message; `None` if nothing did.
-    pub(super) fn wrong(&self) -> Option<String> {
+    pub fn wrong(&self) -> Option<String> {
         let wrong = self.mishaps.all().into_iter().filter(|(_, tally)| tally.count > 0);
         let wrong: Vec<String> = wrong.map(|(name, tally)| format!("{name} {}", tally.times())).collect();
         (!wrong.is_empty()).then(|| wrong.join(", "))

@@ -2,10 +2,11 @@
 //! empty. Each is counted, and the first is kept with its place.
 
 use serde::Serialize;
-use tmcl_tools::program::{Line, Program};
 use tmcm::tmcl::{Command, Opcode};
 use tmcm_sim::tracer::Step;
 use tmcm_sim::wire::meaning;
+
+use crate::program::{Line, Program};
 
 /// Types of CALC and CALCX that divide: DIV and MOD (manual section 3.7.33).
 const DIVIDES: [u8; 2] = [3, 4];

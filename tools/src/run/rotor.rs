@@ -1,10 +1,11 @@
 //! Where the rotor of an axis is while that is not where the counter of its motion controller says.
 
 use hal_sim::control::AxisState;
-use tmcl_tools::product::{Product, axis_number, global_number};
 use tmcm::param::{AxisParameter, GlobalParameter};
 use tmcm::tmcl::{Command, Opcode};
 use tmcm_sim::NativeModule;
+
+use crate::product::{Product, axis_number, global_number};
 
 /// Units of position of the world in a full step.
 const FULL_STEP: i64 = hal_sim::world::motor::FULL_STEP;

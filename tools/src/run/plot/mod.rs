@@ -7,13 +7,13 @@ use std::fmt::Write;
 
 use hal_sim::board::Input;
 use hal_sim::clock::Nanos;
-use tmcl_tools::product::speed_words;
-use tmcl_tools::program::Program;
-use tmcl_tools::svg::colour::{BLACK, BLUE, GREEN, GREY, GRID, ORANGE, PURPLE, SHADE};
-use tmcl_tools::svg::{Area, CHARACTER, Image, Scale, shortened, stroke};
 
 use super::recording::{Channel, Mark, Quantity, Range, Recording, joined};
 use super::time;
+use crate::product::speed_words;
+use crate::program::Program;
+use crate::svg::colour::{BLACK, BLUE, GREEN, GREY, GRID, ORANGE, PURPLE, SHADE};
+use crate::svg::{Area, CHARACTER, Image, Scale, shortened, stroke};
 use curve::{bars, path};
 use span::TimeAxis;
 
@@ -87,7 +87,7 @@ const SWITCHES: [(&str, Quantity); 3] =
     [("left switch", Quantity::Left), ("right switch", Quantity::Right), ("home switch", Quantity::Home)];
 
 /// The SVG image of a recording.
-pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Program) -> String {
+pub fn draw(name: &str, time: Nanos, recording: &Recording, program: &Program) -> String {
     let layout = Layout { recording, program };
     let (panels, lanes) = (layout.panels(), layout.lanes());
     let below = TITLE + panels.iter().map(|panel| NAME + panel.height + GAP).sum::<f64>();

@@ -4,11 +4,11 @@ use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
+use tmcl_tools::wire::LinkError;
 use tmcm::tmcl::binary::Telegram;
 
 use super::exchange::{converse, drop_stale};
-use super::{LinkError, Log, Question};
-use crate::failure::Failure;
+use super::{Error, Question, Tap};
 use crate::wording::words;
 
 /// An open connection in non-blocking mode.
@@ -19,7 +19,7 @@ pub(super) struct Tcp(pub(super) TcpStream);
 ///
 /// # Errors
 /// There is no such host, or nobody takes the connection within `timeout`.
-pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Result<TcpStream, Failure> {
+pub fn connect(address: &str, timeout: Duration, offered_by: &str) -> Result<TcpStream, Error> {
     let failed = |error: std::io::Error| {
         let hint = match error.kind() {
             ErrorKind::ConnectionRefused => {
@@ -27,7 +27,7 @@ pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Res
             }
             _ => String::new(),
         };
-        Failure::Failed(format!("cannot connect to {address}: {}{hint}", words(error)))
+        Error(format!("cannot connect to {address}: {}{hint}", words(error)))
     };
     let mut last = std::io::Error::new(ErrorKind::NotFound, "there is no such host");
     for resolved in address.to_socket_addrs().map_err(failed)? {
@@ -43,9 +43,9 @@ pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Res
 }
 
 impl Tcp {
-    pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
+    pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Error> {
         let stream = connect(address, timeout, "--tcp")?;
-        let failed = |error: std::io::Error| Failure::Failed(format!("cannot connect to {address}: {}", words(error)));
+        let failed = |error: std::io::Error| Error(format!("cannot connect to {address}: {}", words(error)));
         stream.set_nonblocking(true).map_err(failed)?;
         Ok(Tcp(stream))
     }
@@ -54,9 +54,9 @@ impl Tcp {
         &mut self,
         question: &Question,
         timeout: Duration,
-        log: &mut Log,
+        tap: &mut dyn Tap,
     ) -> Result<Telegram, LinkError> {
-        drop_stale(&mut self.0, log);
-        converse(&mut self.0, question, timeout, log)
+        drop_stale(&mut self.0, tap);
+        converse(&mut self.0, question, timeout, tap)
     }
 }

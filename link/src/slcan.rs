@@ -5,13 +5,14 @@ use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
 use tmcl_tools::slcan::{self, DONE, REFUSED};
+use tmcl_tools::wire::LinkError;
 use tmcm::can::{CanFrame, Frame};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::{Command, can};
 use tmcm_sim::wire::reply_in_frame;
 
 use super::exchange::{Patience, STALE_READS};
-use super::{LinkError, Log, lost};
+use super::{Tap, lost};
 use crate::poll::readable;
 
 /// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets
@@ -53,16 +54,16 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         id: u16,
         command: Command,
         timeout: Duration,
-        log: &mut Log,
+        tap: &mut dyn Tap,
     ) -> Result<Telegram, LinkError> {
-        self.forget(log)?;
+        self.forget(tap)?;
         let frame = Frame::standard(id, &can::encode_command(command)).ok_or(LinkError::Refused)?;
-        log.frame_out(&frame);
+        tap.frame_out(&frame);
         self.write(&slcan::line(&frame))?;
         let mut patience = Patience::begin(timeout);
         loop {
             let frame = slcan::parse(&self.line(&mut patience)?);
-            frame.iter().for_each(|frame| log.frame_back(frame));
+            frame.iter().for_each(|frame| tap.frame_back(frame));
             let frame = frame.filter(|frame| !frame.is_extended() && frame.is_data_frame());
             if let Some(reply) = frame.and_then(|frame| reply_in_frame(id, command, frame.data())) {
                 return Ok(reply);
@@ -76,7 +77,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 
     /// Drops everything that has come so far: late replies to earlier requests.
-    fn forget(&mut self, log: &mut Log) -> Result<(), LinkError> {
+    fn forget(&mut self, tap: &mut dyn Tap) -> Result<(), LinkError> {
         for _ in 0..STALE_READS {
             if !readable(&self.device, Instant::now()).map_err(lost)? {
                 break;
@@ -84,7 +85,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
             self.read()?;
         }
         for line in self.line.split(|byte| [DONE, REFUSED].contains(byte)) {
-            slcan::parse(&String::from_utf8_lossy(line)).iter().for_each(|frame| log.frame_back(frame));
+            slcan::parse(&String::from_utf8_lossy(line)).iter().for_each(|frame| tap.frame_back(frame));
         }
         self.line.clear();
         Ok(())
@@ -127,10 +128,13 @@ impl<T: Read + Write + AsFd> Slcan<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::io::{BufRead, BufReader};
     use std::os::unix::net::UnixStream;
+
     use tmcm::tmcl::binary;
+
+    use super::*;
+    use crate::tap::Nobody;
 
     /// A link to an adapter that answers line by line, and then falls silent.
     fn link(answers: &'static [&str]) -> (Slcan<UnixStream>, std::thread::JoinHandle<Vec<String>>) {
@@ -153,7 +157,7 @@ mod tests {
     #[test]
     fn the_reply_is_found_among_other_traffic() {
         let (mut link, adapter) = link(&["z\rt0028016406000000FF00\rt00280364060000007B00\r"]);
-        let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Log::default()).unwrap();
+        let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Nobody).unwrap();
         let reply = binary::decode_reply(&reply).unwrap();
         assert_eq!((reply.module, reply.status, reply.opcode, reply.value), (3, 100, 6, 0x7B));
         assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);
@@ -165,7 +169,7 @@ mod tests {
         const LATE: &str = "z\rt00280364060000000100\rt00280364060000000200\rt00280364";
         let (mut link, adapter) = link(&[LATE, "z\rt00280364060000000300\r"]);
         let mut ask = || {
-            let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Log::default()).unwrap();
+            let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Nobody).unwrap();
             binary::decode_reply(&reply).unwrap().value
         };
         assert_eq!((ask(), ask()), (1, 3));
@@ -175,7 +179,7 @@ mod tests {
     #[test]
     fn a_refusal_ends_the_wait_at_once() {
         let (mut link, _adapter) = link(&["\x07"]);
-        let refused = link.ask(3, GAP, Duration::from_secs(60), &mut Log::default());
+        let refused = link.ask(3, GAP, Duration::from_secs(60), &mut Nobody);
         assert!(matches!(refused, Err(LinkError::Refused)), "{refused:?}");
     }
 }

@@ -4,12 +4,12 @@ use std::io::{self, ErrorKind};
 
 /// What an error of the operating system means to somebody who does not know the system's names and numbers. An error that
 /// this program has made itself says what it says.
-pub(crate) fn words(error: impl Into<io::Error>) -> String {
+pub fn words(error: impl Into<io::Error>) -> String {
     of(&error.into())
 }
 
 /// The same, of an error that is still needed.
-pub(crate) fn of(error: &io::Error) -> String {
+pub fn of(error: &io::Error) -> String {
     let Some(number) = error.raw_os_error() else { return error.to_string() };
     let known = match error.kind() {
         ErrorKind::NotFound => "there is no such file or folder",
@@ -39,8 +39,9 @@ fn system(error: &io::Error, number: i32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use rustix::io::Errno;
+
+    use super::*;
 
     #[test]
     fn no_error_is_a_number() {

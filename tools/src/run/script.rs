@@ -3,10 +3,10 @@
 use hal_sim::board::BoardKind;
 use hal_sim::clock::Nanos;
 use hal_sim::control::{Control, Line};
-use tmcl_tools::suggest::{module_command, world_command};
 use tmcm::tmcl::{Command, text};
 
 use super::time;
+use crate::suggest::{module_command, world_command};
 
 /// An event of option `--at`.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,10 @@ pub enum Action {
 impl Event {
     /// Reads `TIME: WHAT`. As in the scenario files, commands for the module begin with a capital or a number, changes
     /// of the world with a small letter.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// A message that says how an event is written.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let Some((at, what)) = text.split_once(':') else {
             return Err("give a time, a colon and what happens then, for example '500 ms: press left'".into());
         };
@@ -50,7 +53,10 @@ impl Event {
     }
 
     /// Fails if the event is about something that a board of this kind does not have.
-    pub(super) fn check(&self, kind: &BoardKind) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// A message that says what it lacks.
+    pub fn check(&self, kind: &BoardKind) -> Result<(), String> {
         match self.action {
             Action::World(control) => control.check(kind).map_err(|error| format!("--at '{}': {error}", self.text)),
             Action::Host(_) => Ok(()),
@@ -71,7 +77,7 @@ fn in_small_letters(what: &str) -> Option<String> {
 }
 
 /// The events sorted by time; events with the same time keep their order.
-pub(super) fn in_order(events: &[Event]) -> Vec<Event> {
+pub fn in_order(events: &[Event]) -> Vec<Event> {
     let mut events = events.to_vec();
     events.sort_by_key(|event| event.at);
     events
@@ -79,9 +85,10 @@ pub(super) fn in_order(events: &[Event]) -> Vec<Event> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use hal_sim::board::{TMCM_1140, TMCM_6110};
     use hal_sim::clock::MILLISECOND;
+
+    use super::*;
 
     #[test]
     fn world_and_host_have_their_own_words() {

@@ -3,13 +3,12 @@
 use std::fmt::Write;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
-use tmcl_tools::program::Program;
 use tmcm::vm::{Condition, ErrorFlag, Errors, Registers};
 use tmcm_sim::tracer::Step;
 use tmcm_sim::wire::meaning;
 
 use crate::failure::Failure;
-use crate::output::Output;
+use crate::program::Program;
 
 /// Widths in characters of the columns of labels and commands; longer ones push the rest of their line to the right.
 const LABEL: usize = 16;
@@ -18,17 +17,18 @@ const COMMAND: usize = 28;
 /// Length from which on buffered lines are written, in bytes.
 const CHUNK: usize = 1 << 16;
 
-/// The output of the trace and the width of its first column.
-pub(super) struct Trace {
-    out: Output,
+/// A trace, and the width of its first column.
+pub struct Trace<'a> {
+    /// Takes its text, some lines at a time; false if it can take no more.
+    out: &'a mut dyn FnMut(&str) -> bool,
     /// Lines that have not been written yet.
     lines: String,
     label_width: usize,
 }
 
-impl Trace {
-    /// Begins a trace.
-    pub(super) fn begin(out: Output, program: &Program) -> Self {
+impl<'a> Trace<'a> {
+    /// Begins a trace. `out` takes its text, some lines at a time, and tells by false that it can take no more, which ends the run.
+    pub fn begin(out: &'a mut dyn FnMut(&str) -> bool, program: &Program) -> Self {
         // A label is followed by a colon and a space.
         let longest = program.labels.iter().map(|(name, _)| name.chars().count() + 2).max();
         let label_width = longest.unwrap_or_default().min(LABEL);
@@ -46,7 +46,15 @@ impl Trace {
         if self.lines.len() < CHUNK {
             return Ok(());
         }
-        self.out.write(std::mem::take(&mut self.lines).as_bytes())
+        self.flush()
+    }
+
+    /// Hands out the lines that are left.
+    fn flush(&mut self) -> Result<(), Failure> {
+        match (self.out)(&std::mem::take(&mut self.lines)) {
+            true => Ok(()),
+            false => Err(Failure::Failed("the trace cannot be written".into())),
+        }
     }
 
     /// Writes the line of a command executed at a time since the start of the program.
@@ -74,8 +82,7 @@ impl Trace {
 
     /// Writes what is left.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
-        self.out.write(self.lines.as_bytes())?;
-        self.out.finish()
+        self.flush()
     }
 }
 

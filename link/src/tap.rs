@@ -1,0 +1,36 @@
+//! What goes over a link, for those who listen.
+
+use std::error::Error;
+
+use tmcm::can::Frame;
+
+/// Hears what goes over a link.
+pub trait Tap {
+    /// Bytes go out.
+    fn out(&mut self, _bytes: &[u8]) {}
+
+    /// Bytes have come.
+    fn back(&mut self, _bytes: &[u8]) {}
+
+    /// A frame goes out.
+    fn frame_out(&mut self, _frame: &Frame) {}
+
+    /// A frame has come.
+    fn frame_back(&mut self, _frame: &Frame) {}
+
+    /// No reply has come in time, or not all of it.
+    fn give_up(&mut self) {}
+
+    /// What has gone wrong with listening since the last call, and ends the exchange.
+    ///
+    /// # Errors
+    /// Anything that the listener wants its program to know.
+    fn check(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {
+        Ok(())
+    }
+}
+
+/// Nobody listens.
+pub(crate) struct Nobody;
+
+impl Tap for Nobody {}
