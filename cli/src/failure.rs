@@ -85,7 +85,7 @@ pub(crate) trait Ended: Stop {
     /// The failure of a subcommand that has been asked to end, with what the user has to know about it; nothing is said if that
     /// is empty.
     fn failure(&self, message: impl Into<String>) -> Failure {
-        Failure::Interrupted { signal: self.signal(), message: message.into() }
+        self.interrupted(&message.into()).into()
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! * [`sim`] - virtual modules in real time, with links that host software opens
 //! * [`world`] - `tmcl world`: the world around virtual modules, by the control port
-//! * [`link`] - the host's end of a link to a module
+//! * [`link`] - links as users name them: wires, and virtual modules inside this program
 //! * [`reach`] - the options that name a module, and the link to it
 //! * [`send`] - `tmcl send`: commands to a module, replies in words
 //! * [`shell`] - `tmcl shell`: commands, watching and jogging at a terminal
@@ -18,7 +18,7 @@
 //! * [`completions`] - `tmcl completions`: for shells
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
 //! * [`scan`] - `tmcl scan`: the modules on a link
-//! * [`program`] - TMCL programs in files and in a module's program memory
+//! * [`program`] - programs that users name: files, and modules that are to have them
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
 //! * [`failure`] - the failure of a subcommand, with its exit code

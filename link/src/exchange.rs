@@ -4,10 +4,10 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-use tmcl_tools::wire::LinkError;
+use tmcl_tools::wire::{LinkError, Tap};
 use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 
-use super::{Question, Tap, lost};
+use super::{Question, lost};
 use crate::poll::readable;
 use crate::signal::Wait;
 

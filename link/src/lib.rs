@@ -8,7 +8,6 @@ mod question;
 mod serial;
 pub mod signal;
 mod slcan;
-mod tap;
 mod tcp;
 pub mod wording;
 
@@ -18,17 +17,16 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use tmcl_tools::stop::Stop;
-use tmcl_tools::wire::{LinkError, Wire};
+use tmcl_tools::wire::{LinkError, Nobody, Tap, Wire};
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
 use tmcm_sim::wire::CAN;
 
+use exchange::{converse, drop_stale};
 use question::Question;
 use serial::Serial;
 pub use signal::EndSignal;
 use slcan::Slcan;
-use tap::Nobody;
-pub use tap::Tap;
 use tcp::Tcp;
 pub use tcp::connect;
 
@@ -132,8 +130,16 @@ impl Link {
             Err(_) => Err(LinkError::Address),
         };
         match &mut self.kind {
-            Kind::Serial(serial) => serial.exchange(&question()?, timeout, tap),
-            Kind::Tcp(tcp) => tcp.exchange(&question()?, timeout, tap),
+            Kind::Serial(serial) => {
+                let question = question()?;
+                serial.forget(tap)?;
+                converse(&mut serial.device, &question, timeout, tap)
+            }
+            Kind::Tcp(Tcp(stream)) => {
+                let question = question()?;
+                drop_stale(stream, tap);
+                converse(stream, &question, timeout, tap)
+            }
             Kind::SlcanSerial(adapter) => adapter.ask(address, command, timeout, tap),
             Kind::SlcanTcp(adapter) => adapter.ask(address, command, timeout, tap),
         }

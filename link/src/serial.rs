@@ -2,16 +2,14 @@
 
 use std::fs::{File, TryLockError};
 use std::os::fd::AsFd;
-use std::time::Duration;
 
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use rustix::termios::{OptionalActions, QueueSelector};
-use tmcl_tools::wire::LinkError;
-use tmcm::tmcl::binary::Telegram;
+use tmcl_tools::wire::{LinkError, Tap};
 
-use super::exchange::{converse, drop_stale};
-use super::{Error, Question, Tap, lost};
+use super::exchange::drop_stale;
+use super::{Error, lost};
 use crate::claim;
 use crate::wording::words;
 
@@ -59,15 +57,10 @@ impl Serial {
         self.is_alone
     }
 
-    pub(super) fn exchange(
-        &mut self,
-        question: &Question,
-        timeout: Duration,
-        tap: &mut dyn Tap,
-    ) -> Result<Telegram, LinkError> {
+    /// Throws away what has come: late replies to earlier requests.
+    pub(super) fn forget(&mut self, tap: &mut dyn Tap) -> Result<(), LinkError> {
         drop_stale(&mut self.device, tap);
-        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(lost)?;
-        converse(&mut self.device, question, timeout, tap)
+        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(lost)
     }
 }
 

@@ -5,14 +5,14 @@ use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
 use tmcl_tools::slcan::{self, DONE, REFUSED};
-use tmcl_tools::wire::LinkError;
+use tmcl_tools::wire::{LinkError, Tap};
 use tmcm::can::{CanFrame, Frame};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::{Command, can};
 use tmcm_sim::wire::reply_in_frame;
 
 use super::exchange::{Patience, STALE_READS};
-use super::{Tap, lost};
+use super::lost;
 use crate::poll::readable;
 
 /// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets
@@ -134,7 +134,7 @@ mod tests {
     use tmcm::tmcl::binary;
 
     use super::*;
-    use crate::tap::Nobody;
+    use tmcl_tools::wire::Nobody;
 
     /// A link to an adapter that answers line by line, and then falls silent.
     fn link(answers: &'static [&str]) -> (Slcan<UnixStream>, std::thread::JoinHandle<Vec<String>>) {

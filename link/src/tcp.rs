@@ -4,11 +4,7 @@ use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-use tmcl_tools::wire::LinkError;
-use tmcm::tmcl::binary::Telegram;
-
-use super::exchange::{converse, drop_stale};
-use super::{Error, Question, Tap};
+use super::Error;
 use crate::wording::words;
 
 /// An open connection in non-blocking mode.
@@ -48,15 +44,5 @@ impl Tcp {
         let failed = |error: std::io::Error| Error(format!("cannot connect to {address}: {}", words(error)));
         stream.set_nonblocking(true).map_err(failed)?;
         Ok(Tcp(stream))
-    }
-
-    pub(super) fn exchange(
-        &mut self,
-        question: &Question,
-        timeout: Duration,
-        tap: &mut dyn Tap,
-    ) -> Result<Telegram, LinkError> {
-        drop_stale(&mut self.0, tap);
-        converse(&mut self.0, question, timeout, tap)
     }
 }

@@ -63,6 +63,12 @@ fn the_tools_know_no_operating_system() {
 
 #[test]
 fn what_is_used_of_the_world_is_found() {
+    for word in WORDS {
+        assert_eq!(used(&format!("fn a() {{ {word}(b) }}")), [word]);
+    }
+    for module in MODULES {
+        assert_eq!(used(&format!("use std::{module}::a; use std::{{io, {module}}};")), [module, module]);
+    }
     for (source, found) in [
         ("use std::fs::File;", ["fs"].as_slice()),
         ("use std::{io, thread}; fn a() { std::env::var(\"x\") }", &["thread", "env"]),

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
-use tmcl_link::Tap;
 use tmcl_tools::product::Product;
+use tmcl_tools::wire::Tap;
 use tmcm::can::Frame;
 use tmcm_sim::Client;
 use tmcm_sim::wire::{Place, Transcript};
@@ -57,7 +57,7 @@ impl LogFile {
         open.links += 1;
         let place = if open.links == 1 { Place::alone(link) } else { Place::of(link, Client(open.links)) };
         let transcript = Transcript::of_module(product);
-        Ok(Log(Some(Entries { file: self.clone(), transcript, place, begun: open.begun, failed: None })))
+        Ok(Log { file: self.clone(), transcript, place, begun: open.begun, at: None, failed: None })
     }
 
     /// What panics elsewhere does no harm to the log.
@@ -66,43 +66,23 @@ impl LogFile {
     }
 }
 
-/// The log of a link; without a file it takes everything and does nothing.
-#[derive(Debug, Default)]
-pub(crate) struct Log(Option<Entries>);
-
+/// The log of a link.
 #[derive(Debug)]
-struct Entries {
+pub(super) struct Log {
     file: LogFile,
     transcript: Transcript,
     place: Place,
     begun: Instant,
+    /// The present, on a link with a clock of its own; `None` for the clock on the wall.
+    at: Option<Duration>,
     /// Why something could not be written.
     failed: Option<Failure>,
 }
 
 impl Log {
-    /// Time since the log was begun, by the clock on the wall.
-    fn now(&self) -> Duration {
-        self.0.as_ref().map_or(Duration::ZERO, |entries| entries.begun.elapsed())
-    }
-
-    /// Bytes go out at a time.
-    pub(super) fn out_at(&mut self, at: Duration, bytes: &[u8]) {
-        self.note(at, |transcript, at, place| transcript.hear(at, place, bytes));
-    }
-
-    /// Bytes have come at a time.
-    pub(super) fn back_at(&mut self, at: Duration, bytes: &[u8]) {
-        self.note(at, |transcript, at, place| transcript.answer(at, place, 0, bytes));
-    }
-
-    /// No reply has come until a time, or not all of it.
-    pub(super) fn give_up_at(&mut self, at: Duration) {
-        self.note(at, |transcript, at, place| transcript.give_up(at, place, 0));
-    }
-
-    fn note(&mut self, at: Duration, what: impl FnOnce(&mut Transcript, Nanos, Place)) {
-        let Some(Entries { file, transcript, place, failed, .. }) = &mut self.0 else { return };
+    fn note(&mut self, what: impl FnOnce(&mut Transcript, Nanos, Place)) {
+        let Log { file, transcript, place, begun, at, failed } = self;
+        let at = at.unwrap_or_else(|| begun.elapsed());
         what(transcript, at.as_nanos() as Nanos, *place);
         if let Some(Shared { output, .. }) = &mut *file.lock()
             && let Err(failure) = output.write(transcript.take().as_bytes()).and_then(|()| output.flush())
@@ -112,32 +92,34 @@ impl Log {
     }
 }
 
-/// What goes over a wire is logged by the clock on the wall.
 impl Tap for Log {
+    fn at(&mut self, time: Duration) {
+        self.at = Some(time);
+    }
+
     fn out(&mut self, bytes: &[u8]) {
-        self.out_at(self.now(), bytes);
+        self.note(|transcript, at, place| transcript.hear(at, place, bytes));
     }
 
     fn back(&mut self, bytes: &[u8]) {
-        self.back_at(self.now(), bytes);
+        self.note(|transcript, at, place| transcript.answer(at, place, 0, bytes));
     }
 
     fn frame_out(&mut self, frame: &Frame) {
-        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, None, frame));
+        self.note(|transcript, at, place| transcript.frame(at, place, None, frame));
     }
 
     fn frame_back(&mut self, frame: &Frame) {
-        self.note(self.now(), |transcript, at, place| transcript.frame(at, place, Some(0), frame));
+        self.note(|transcript, at, place| transcript.frame(at, place, Some(0), frame));
     }
 
     fn give_up(&mut self) {
-        self.give_up_at(self.now());
+        self.note(|transcript, at, place| transcript.give_up(at, place, 0));
     }
 
     /// The file cannot be written.
     fn check(&mut self) -> Result<(), Box<dyn Error + Send + Sync>> {
-        let failed = self.0.as_mut().and_then(|entries| entries.failed.take());
-        failed.map_or(Ok(()), |failure| Err(failure.into()))
+        self.failed.take().map_or(Ok(()), |failure| Err(failure.into()))
     }
 }
 
@@ -167,7 +149,8 @@ mod tests {
         let late = "from 1: to command 6: 1, status 100 ok";
         assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
         let mut other = file.begin("serial", None).unwrap();
-        other.out_at(Duration::ZERO, &request);
+        other.at(Duration::ZERO);
+        other.out(&request);
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(
             text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),

@@ -7,11 +7,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use tmcl_tools::product::Product;
-use tmcl_tools::wire::{LinkError, Wire};
+use tmcl_tools::wire::{LinkError, VirtualWire, Wire};
 
 use crate::failure::Failure;
 pub use log::LogFile;
-use simulated::Simulated;
 pub use simulated::Surroundings;
 
 /// A link as it is named on the command line: the path of a serial device, `tcp:HOST:PORT`, either of these behind
@@ -100,7 +99,7 @@ impl From<LinkError> for Failure {
 /// An open link: a wire of the operating system, or a virtual module inside this program.
 pub(crate) enum Link {
     Real(tmcl_link::Link),
-    Simulated(Box<Simulated>),
+    Simulated(Box<VirtualWire>),
 }
 
 impl Link {
@@ -127,7 +126,7 @@ impl Link {
                 Link::Real(adapter) => Link::Real(adapter.through_adapter()?),
                 simulated @ Link::Simulated(_) => simulated,
             },
-            LinkTarget::Simulated => Link::Simulated(Box::new(Simulated::new(product, surroundings, timeout)?)),
+            LinkTarget::Simulated => Link::Simulated(Box::new(simulated::open(product, surroundings, timeout)?)),
         })
     }
 
@@ -149,7 +148,7 @@ impl Link {
                 let log = file.begin(link.name(), product)?;
                 link.listen(Box::new(log));
             }
-            Link::Simulated(module) => module.log = file.begin("sim", product)?,
+            Link::Simulated(module) => module.listen(Box::new(file.begin("sim", product)?)),
         }
         Ok(())
     }

@@ -6,12 +6,10 @@
 
 use std::time::Duration;
 
-use tmcl_tools::calc::Live;
+use tmcl_tools::calc::{Live, Settings};
 use tmcl_tools::conversation::{Conversation, Error};
 use tmcl_tools::product::{axis_number, speed_unit, symbol};
 use tmcm::param::AxisParameter;
-
-use crate::calc;
 
 /// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second;
 /// over a slow connection the gaps are longer.
@@ -88,7 +86,7 @@ impl Axle {
     pub(super) fn read(module: &mut Conversation, axis: u8, wanted: Option<i32>) -> Result<Self, Error> {
         let product = module.product()?;
         // How many steps a turn of the motor has makes no difference to microsteps per second.
-        let settings = calc::settings(module, axis, 1)?;
+        let settings = Settings::read(module, axis, 1)?;
         let unit = product.map_or("", |product| symbol(speed_unit(product), settings.in_chip));
         let before = module.axis(axis, AxisParameter::MaximumSpeed)?;
         let wanted = wanted.unwrap_or(before);

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use tmcl_tools::calc::Live;
+use tmcl_tools::calc::{Live, Settings};
 use tmcm::param::AxisParameter as P;
 
 use super::bench::Bench;
 use super::drive::SAMPLES;
 use super::track::Need;
 use super::watch::Method;
-use crate::calc;
 use crate::failure::Failure;
 
 /// A speed at which the motor is measured.
@@ -40,7 +39,7 @@ pub(super) struct Setup {
 impl Setup {
     /// Reads the settings of an axis whose motor has so many full steps per turn.
     pub(super) fn read(bench: &mut Bench<'_>, steps: u16) -> Result<Self, Failure> {
-        let settings = calc::settings(&mut bench.module, bench.axis, steps)?;
+        let settings = Settings::read(&mut bench.module, bench.axis, steps)?;
         // What a product does not have is 0, which stands for none.
         let mut known = |parameter| if bench.has(parameter) { bench.get(parameter) } else { Ok(0) };
         let main = [known(P::MaximumAcceleration)?, known(P::MaximumDeceleration)?];

@@ -1,10 +1,13 @@
 //! An axis of a module that is at hand: what its numbers mean by its present settings.
 
+use tmcm::param::AxisParameter as P;
+
 use super::axis::Axis;
 use super::exact::Exact;
 use super::scale::{Generator, Quantity, Scale, Unit};
 use super::value::{self, Meaning};
-use crate::product::Product;
+use crate::conversation::{Conversation, Error};
+use crate::product::{Product, axis_number};
 
 /// The settings of an axis on which the meaning of its numbers depends.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +20,25 @@ pub struct Settings {
     pub steps: u16,
     /// The numbers are units of the chip, by the unit mode.
     pub in_chip: bool,
+}
+
+impl Settings {
+    /// Asks a module for the settings of an axis, whose motor has so many full steps per turn.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn read(module: &mut Conversation, axis: u8, steps: u16) -> Result<Self, Error> {
+        let product = module.product()?;
+        let in_chip = module.is_in_chip_units(axis)?;
+        let mut known = |parameter, otherwise| match axis_number(product, parameter) {
+            Some(_) => module.axis(axis, parameter),
+            None => Ok(otherwise),
+        };
+        let divisor = |number: i32| u8::try_from(number).unwrap_or_default();
+        let divisors = (divisor(known(P::PulseDivisor, 0)?), divisor(known(P::RampDivisor, 0)?));
+        let microsteps = 1 << known(P::MicrostepResolution, 8)?.clamp(0, 8);
+        Ok(Settings { divisors, microsteps, steps, in_chip })
+    }
 }
 
 /// An axis with its settings.

@@ -1,5 +1,6 @@
 //! The way to modules: requests go out, replies come in, and time passes.
 
+mod tap;
 mod virtual_module;
 
 use std::error::Error;
@@ -11,6 +12,7 @@ use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 use tmcm_sim::NativeModule;
 
 use crate::stop::Stop;
+pub use tap::{Nobody, Tap};
 pub use virtual_module::VirtualWire;
 
 /// An open link to one module or several: a device of an operating system, a port of a browser, or a virtual module. All calls

@@ -7,7 +7,7 @@ use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm_sim::{NativeModule, VirtualModule};
 
-use super::{LinkError, Wire};
+use super::{LinkError, Nobody, Tap, Wire};
 use crate::stop::Stop;
 
 /// Longest wait for a reply, unless another one is set.
@@ -17,20 +17,40 @@ const TIMEOUT: Duration = Duration::from_secs(1);
 pub struct VirtualWire {
     module: NativeModule,
     timeout: Duration,
+    tap: Box<dyn Tap>,
 }
 
 impl VirtualWire {
     /// A wire to this module.
     pub fn new(module: NativeModule) -> Self {
-        VirtualWire { module, timeout: TIMEOUT }
+        VirtualWire { module, timeout: TIMEOUT, tap: Box::new(Nobody) }
+    }
+
+    /// Has `tap` hear all that goes over the wire from now on.
+    pub fn listen(&mut self, tap: Box<dyn Tap>) {
+        self.tap = tap;
     }
 }
 
 impl Wire for VirtualWire {
     fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
         let address = u8::try_from(address).map_err(|_| LinkError::Address)?;
-        let patience = self.timeout.as_nanos() as u64;
-        let sent = self.module.exchange(Source::Usb, binary::encode_command(address, command), patience);
+        let (request, time) = (binary::encode_command(address, command), self.time());
+        let VirtualWire { module, timeout, tap } = self;
+        // What has come before is no reply to this request.
+        while let Some(sent) = module.sent() {
+            tap.at(Duration::from_nanos(sent.at));
+            tap.back(&sent.bytes);
+        }
+        tap.at(time);
+        tap.out(&request);
+        let sent = module.exchange(Source::Usb, request, timeout.as_nanos() as u64);
+        tap.at(Duration::from_nanos(sent.as_ref().map_or(module.now(), |sent| sent.at)));
+        match &sent {
+            Some(sent) => tap.back(&sent.bytes),
+            None => tap.give_up(),
+        }
+        tap.check().map_err(LinkError::Log)?;
         sent.and_then(|sent| sent.telegram()).ok_or(LinkError::NoReply { bytes: 0 })
     }
 

@@ -1,11 +1,15 @@
 //! What goes over a link, for those who listen.
 
 use std::error::Error;
+use std::time::Duration;
 
 use tmcm::can::Frame;
 
 /// Hears what goes over a link.
 pub trait Tap {
+    /// What follows happens at this time, on a wire that has a clock of its own; on others it happens now.
+    fn at(&mut self, _time: Duration) {}
+
     /// Bytes go out.
     fn out(&mut self, _bytes: &[u8]) {}
 
@@ -31,6 +35,6 @@ pub trait Tap {
 }
 
 /// Nobody listens.
-pub(crate) struct Nobody;
+pub struct Nobody;
 
 impl Tap for Nobody {}

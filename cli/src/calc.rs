@@ -1,7 +1,5 @@
 //! `tmcl calc`: speeds, accelerations, times and currents in all units of a product, and the way and time of moves.
 
-mod live;
-
 use std::io::Write;
 
 use clap::Args;
@@ -12,7 +10,6 @@ use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::reach::{LinkOptions, Reach};
 use crate::tell;
-pub(crate) use live::settings;
 
 /// Convert speeds, accelerations, times and currents between the units of a product; tell how long a move takes
 ///
@@ -116,6 +113,6 @@ fn module(options: &Options) -> Result<(Product, Option<Settings>), Failure> {
     if let Some(message) = module.no_such_axis(*axis)? {
         return Err(Failure::Failed(message));
     }
-    let settings = live::settings(&mut module, *axis, *steps)?;
+    let settings = Settings::read(&mut module, *axis, *steps)?;
     Ok((module.known_product()?, Some(settings)))
 }
