@@ -324,7 +324,7 @@ fn the_services_of_cia_301_know_no_node() {
 /// The roots of all crates of the workspace.
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
-    for package in ["", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests/panic_free"] {
+    for package in ["", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "tests/panic_free"] {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {
@@ -340,11 +340,12 @@ fn roots() -> Vec<PathBuf> {
 
 /// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they bring
 /// along neither the command line nor what only Unix has.
-const CRATES_APART: [(&str, &[&str]); 4] = [
-    ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_cli"]),
-    ("sim", &["tmcl_tools", "tmcl_link", "tmcl_cli", "clap", "rustix"]),
-    ("tools", &["tmcl_link", "tmcl_cli", "clap", "rustix"]),
-    ("link", &["tmcl_cli", "clap"]),
+const CRATES_APART: [(&str, &[&str]); 5] = [
+    ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli"]),
+    ("sim", &["tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
+    ("tools", &["tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
+    ("link", &["tmcl_server", "tmcl_cli", "clap"]),
+    ("server", &["tmcl_cli"]),
 ];
 #[test]
 fn crates_use_only_those_below_them() {

@@ -115,7 +115,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.origin > 0 {
         text += &format!(", to be loaded to address {}", options.origin);
     }
-    out.write(&bytes)?;
+    out.write_all(&bytes)?;
     let program_shown = out.is_standard();
     out.finish()?;
     if program_shown {

@@ -1,12 +1,11 @@
 //! A file that takes the place of an older one when it is complete, and not before.
 
-use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
-use std::hash::{BuildHasher, RandomState};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tmcl_link::wording;
+use tmcl_server::files::beside;
 
 use crate::failure::Failure;
 
@@ -69,30 +68,6 @@ impl Drop for Draft {
             let _ = fs::remove_file(beside);
         }
     }
-}
-
-/// Makes a new file in the directory of `path`, under a random name, so that no existing file is touched.
-pub(crate) fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
-    loop {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".{:016x}.new", RandomState::new().hash_one(())));
-        match OpenOptions::new().write(true).create_new(true).open(&name) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            made => return Ok((name.into(), made?)),
-        }
-    }
-}
-
-/// Files that [`beside`] has made for `path`, by their names, and that are still there.
-pub(crate) fn left_beside(path: &Path) -> impl Iterator<Item = PathBuf> {
-    let name = path.file_name().map(OsStr::as_encoded_bytes).unwrap_or_default().to_vec();
-    let is_made = move |other: &OsStr| {
-        let random = other.as_encoded_bytes().strip_prefix(name.as_slice()).and_then(|rest| rest.strip_prefix(b"."));
-        let random = random.and_then(|rest| rest.strip_suffix(b".new"));
-        random.is_some_and(|random| random.len() == 16 && random.iter().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f')))
-    };
-    let folder = path.parent().map(fs::read_dir).into_iter().flatten().flatten().flatten();
-    folder.filter(move |entry| is_made(&entry.file_name())).map(|entry| entry.path())
 }
 
 fn cannot(path: &Path, error: &io::Error) -> Failure {

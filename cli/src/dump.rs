@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     let text = heading(&commands, options.at, identity) + &disasm::source(&commands, options.at, identity.product);
     let mut output = Output::open("-o", &options.output)?;
-    output.write(text.as_bytes())?;
+    output.write_all(text.as_bytes())?;
     let summary = format!("{}: {}", output.name(), summary(&commands, options.at));
     let is_standard = output.is_standard();
     output.finish()?;

@@ -1,5 +1,6 @@
 //! `tmcl eds`: the objects of the CANopen firmware as a file for masters and their tools.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -34,6 +35,6 @@ Examples:
 /// Writes the file.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let mut output = Output::open("", &options.output)?;
-    output.write(text(options.node_id).as_bytes())?;
+    output.write_all(text(options.node_id).as_bytes())?;
     output.finish()
 }

@@ -109,12 +109,29 @@ impl From<Trouble> for Failure {
     }
 }
 
+impl From<tmcl_server::failure::Failure> for Failure {
+    fn from(failure: tmcl_server::failure::Failure) -> Self {
+        match failure {
+            tmcl_server::failure::Failure::Failed(message) => Failure::Failed(message),
+            tmcl_server::failure::Failure::Arguments(message) => Failure::Arguments(message),
+            tmcl_server::failure::Failure::Output(error) => error.into(),
+        }
+    }
+}
+
+/// Where an output is written to as anything else is, a failure is what the error has inside.
+impl From<Failure> for std::io::Error {
+    fn from(failure: Failure) -> Self {
+        std::io::Error::other(failure)
+    }
+}
+
 /// An error of standard output ends the subcommand, because nobody reads the output any more.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
-        match error.kind() {
+        error.downcast().unwrap_or_else(|error| match error.kind() {
             ErrorKind::BrokenPipe => Failure::Closed,
             _ => Failure::Failed(format!("cannot write the output: {}", words(error))),
-        }
+        })
     }
 }

@@ -1,45 +1,22 @@
 //! Reading files that the user names, up to the largest size that such files may have.
 
 use std::fs::File;
-use std::io::{self, ErrorKind, IsTerminal, Read};
+use std::io::{self, IsTerminal, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use tmcl_link::poll::readable;
 use tmcl_link::signal::Wait;
 use tmcl_link::wording::words;
+use tmcl_server::files::{LARGEST, read};
 use tmcl_tools::sources::Sources;
 
 use crate::failure::Failure;
 
 /// File name that stands for standard input or standard output.
 pub(crate) const STANDARD: &str = "-";
-/// Largest size of a text or program in bytes; real ones are far smaller.
-pub(crate) const LARGEST: u64 = 1 << 20;
 /// How long a signal may go unnoticed while standard input says nothing.
 const GLANCE: Duration = Duration::from_millis(50);
-
-/// Reads a source to its end; an error if that is more than `limit` bytes.
-pub(crate) fn read(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    source.take(limit + 1).read_to_end(&mut bytes)?;
-    within(bytes.len() as u64, limit)?;
-    Ok(bytes)
-}
-
-/// Reads a file; an error if it has more than `limit` bytes.
-pub(crate) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    within(file.metadata()?.len(), limit)?;
-    // The limit also applies while reading, because the length of a device is unknown.
-    read(file, limit)
-}
-
-/// Reads a text file.
-pub(crate) fn read_text(path: &Path) -> io::Result<String> {
-    let bytes = read_file(path, LARGEST)?;
-    String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is no text (UTF-8)"))
-}
 
 /// Reads TMCL source from a file or standard input. Other bytes than UTF-8 are no error, because comments may be in any
 /// encoding.
@@ -136,11 +113,4 @@ pub(crate) fn name(path: &Path) -> String {
 /// True for text. An assembled program always contains bytes of 0, and text never does.
 pub(crate) fn is_text(bytes: &[u8]) -> bool {
     !bytes.contains(&0)
-}
-
-fn within(length: u64, limit: u64) -> io::Result<()> {
-    if length <= limit {
-        return Ok(());
-    }
-    Err(io::Error::new(ErrorKind::FileTooLarge, format!("it is larger than {limit} bytes")))
 }

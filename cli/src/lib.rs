@@ -1,6 +1,6 @@
 //! The program `tmcl` as a library. Its virtual modules are those of [`tmcm_sim`].
 //!
-//! * [`sim`] - virtual modules in real time, with links that host software opens
+//! * [`sim`] - `tmcl sim`: virtual modules in real time, with links that host software opens
 //! * [`world`] - `tmcl world`: the world around virtual modules, by the control port
 //! * [`link`] - links as users name them: wires, and virtual modules inside this program
 //! * [`reach`] - the options that name a module, and the link to it

@@ -6,13 +6,12 @@ use std::process::ExitCode;
 use clap::builder::{Resettable, StyledStr};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use tmcl_tools::product;
-
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
     asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tell,
     testing, tune, version, world,
 };
+use tmcl_tools::product;
 
 /// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.
 ///
@@ -42,7 +41,7 @@ Each command has examples of its own: tmcl load --help";
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    Sim(sim::Options),
+    Sim(tmcl_server::options::Options),
     World(world::Options),
     Send(send::Options),
     Shell(shell::Options),

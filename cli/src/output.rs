@@ -83,44 +83,34 @@ impl Output {
         &self.name
     }
 
-    /// Writes bytes.
-    ///
-    /// # Errors
-    /// The bytes cannot be written.
-    pub fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
-        let written = match &mut self.to {
-            To::Standard(out) => return Ok(out.write_all(bytes)?),
-            To::File(file) => file.write_all(bytes),
-            To::Draft(_, whole) => {
-                whole.extend(bytes);
-                Ok(())
-            }
-        };
-        written.map_err(|error| cannot(self.option, &self.name, &error))
-    }
-
-    /// Writes what is in buffers, so that others can read it; a file that takes the place of an older one does so only when
-    /// it is finished.
-    ///
-    /// # Errors
-    /// The bytes cannot be written.
-    pub fn flush(&mut self) -> Result<(), Failure> {
-        match &mut self.to {
-            To::Standard(out) => Ok(out.flush()?),
-            To::File(file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error)),
-            To::Draft(..) => Ok(()),
-        }
-    }
-
     /// Writes what is left in buffers.
     ///
     /// # Errors
     /// The bytes cannot be written.
-    pub fn finish(self) -> Result<(), Failure> {
+    pub fn finish(mut self) -> Result<(), Failure> {
         match self.to {
-            To::Standard(mut out) => Ok(out.flush()?),
-            To::File(mut file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error)),
             To::Draft(draft, whole) => draft.finish(&whole).map_err(|failure| named(self.option, failure)),
+            _ => Ok(self.flush()?),
+        }
+    }
+}
+
+/// An error that is not of standard output has a [`Failure`] inside, which names the file. What is flushed can be read by
+/// others; a file that takes the place of an older one does so only when it is finished.
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.to {
+            To::Standard(out) => out.write(bytes),
+            To::File(file) => file.write(bytes).map_err(|error| cannot(self.option, &self.name, &error).into()),
+            To::Draft(_, whole) => whole.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.to {
+            To::Standard(out) => out.flush(),
+            To::File(file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error).into()),
+            To::Draft(..) => Ok(()),
         }
     }
 }
@@ -152,7 +142,7 @@ mod tests {
             assert_eq!(opened.is_ok(), is_one, "{name}");
             assert_eq!(std::fs::read_to_string(&path).unwrap(), "old", "{name} must not be touched");
             if let Ok(mut image) = opened {
-                image.write(b"new").unwrap();
+                image.write_all(b"new").unwrap();
                 image.finish().unwrap();
             }
             assert_eq!(std::fs::read_to_string(&path).unwrap() == "new", is_one, "{name}");

@@ -9,11 +9,11 @@ use serde_json::{Map, Value};
 use tmcl_link::EndSignal;
 use tmcl_link::poll::{Ready, either};
 use tmcl_link::wording::words;
+use tmcl_server::options;
 use tmcm_sim::protocol::TIME;
 use tmcm_sim::suggest::suggestion;
 
 use crate::failure::{Ended, Failure};
-use crate::sim;
 use crate::tell;
 
 /// Fields of which each line from a control port has one: an answer, values that are watched, and the end of a watch.
@@ -81,7 +81,7 @@ The exit code is 1 if a command was refused.";
 
 /// Reads the address of the port.
 pub(crate) fn address(text: &str) -> Result<String, String> {
-    let address = sim::address(text.strip_prefix("tcp:").unwrap_or(text))?;
+    let address = options::address(text.strip_prefix("tcp:").unwrap_or(text))?;
     match address.ends_with(":0") {
         true => Err("port 0 is none; tmcl sim prints the one that it has taken".into()),
         false => Ok(address),

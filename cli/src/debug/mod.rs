@@ -9,6 +9,7 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::Args;
+use completion::Completion;
 use tmcl_link::EndSignal;
 use tmcl_tools::debug::state::Told;
 use tmcl_tools::debug::{Action, Around, Debugger, Trouble, words};
@@ -23,7 +24,6 @@ use crate::program::{ProgramThere, read_program};
 use crate::progress;
 use crate::tell::{self, Tone};
 use crate::terminal::editor::{Editor, Input};
-use completion::Completion;
 
 /// Run a TMCL program in a module step by step, with breakpoints
 ///

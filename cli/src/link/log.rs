@@ -1,6 +1,7 @@
 //! The log of what goes over a link, from the host's side: the file of --log-telegrams.
 
 use std::error::Error;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -85,9 +86,9 @@ impl Log {
         let at = at.unwrap_or_else(|| begun.elapsed());
         what(transcript, at.as_nanos() as Nanos, *place);
         if let Some(Shared { output, .. }) = &mut *file.lock()
-            && let Err(failure) = output.write(transcript.take().as_bytes()).and_then(|()| output.flush())
+            && let Err(error) = output.write_all(transcript.take().as_bytes()).and_then(|()| output.flush())
         {
-            *failed = Some(failure);
+            *failed = Some(error.into());
         }
     }
 }

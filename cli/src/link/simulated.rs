@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use clap::Args;
 use hal_sim::world::config::WorldConfig;
+use tmcl_server::eeprom::EepromFile;
+use tmcl_server::worlds::read_world;
 use tmcl_tools::product::Product;
 use tmcl_tools::wire::{VirtualWire, Wire};
 use tmcm_sim::NativeModule;
 
 use crate::failure::Failure;
-use crate::sim::eeprom::EepromFile;
-use crate::sim::read_world;
+use crate::sim::say;
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
@@ -38,7 +39,7 @@ impl Surroundings {
 /// A virtual module, of which virtual time passes only during an exchange, and when the host pauses.
 pub(super) fn open(product: Product, surroundings: &Surroundings, timeout: Duration) -> Result<VirtualWire, Failure> {
     let world = surroundings.world.as_deref().map(|path| read_world(path, product)).transpose()?;
-    let eeprom = surroundings.eeprom.as_deref().map(|path| EepromFile::open_one(path, product)).transpose()?;
+    let eeprom = surroundings.eeprom.as_deref().map(|path| EepromFile::open_one(path, product, say)).transpose()?;
     let contents = eeprom.as_ref().and_then(EepromFile::contents);
     let module = NativeModule::of(product, &world.unwrap_or_else(WorldConfig::default), contents, SEED);
     if let Some(file) = eeprom {

@@ -5,6 +5,7 @@ mod display;
 use std::time::Duration;
 
 use clap::Args;
+use display::{Display, Form};
 use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::monitor::{Column, Pace, columns, sample, speeds};
@@ -14,7 +15,6 @@ use tmcl_tools::stop::Stop;
 use crate::failure::{Ended, Failure};
 use crate::link::LinkTarget;
 use crate::reach::Reach;
-use display::{Display, Form};
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change
 ///

@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use diff::Side;
 use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::params::{Assignment, Saved, Settings, Wanted, Where, check, list, restore, save};
@@ -19,7 +20,6 @@ use crate::output::Output;
 use crate::progress;
 use crate::reach::{LinkOptions, Reach};
 use crate::tell;
-use diff::Side;
 
 /// Read and change a module's settings, save them in a file, restore and compare them
 ///
@@ -239,7 +239,7 @@ fn save_in(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
         0 => String::new(),
         missing => format!("; {missing} more are unknown to this module"),
     };
-    output.write(text.as_bytes())?;
+    output.write_all(text.as_bytes())?;
     let name = (!output.is_standard()).then(|| output.name().to_owned());
     output.finish()?;
     match name {

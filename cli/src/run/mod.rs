@@ -9,6 +9,7 @@ use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
 use tmcl_link::EndSignal;
+use tmcl_server::worlds::read_world;
 use tmcl_tools::asm::Settings;
 use tmcl_tools::product::{self, Product};
 use tmcl_tools::run::{End, Event, Recording, Report, Session, Trace, draw, in_order, ran, time, variables};
@@ -19,7 +20,6 @@ use crate::files::{STANDARD, is_standard};
 use crate::output::Output;
 use crate::program::read_program;
 use crate::progress;
-use crate::sim::read_world;
 use crate::tell;
 
 /// Run a TMCL program on a virtual module and show what it does
@@ -126,8 +126,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let trace = RefCell::new(options.trace.as_deref().map(|path| Output::stream("--trace", path)).transpose()?);
     let unwritten = RefCell::new(None);
     let mut write = |text: &str| {
-        let written = trace.borrow_mut().as_mut().map_or(Ok(()), |out| out.write(text.as_bytes()));
-        written.map_err(|failure| unwritten.replace(Some(failure))).is_ok()
+        let written = trace.borrow_mut().as_mut().map_or(Ok(()), |out| out.write_all(text.as_bytes()));
+        written.map_err(|error| unwritten.replace(Some(error))).is_ok()
     };
     let recording = plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);
@@ -135,8 +135,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut session = Session::new(module, &program, in_order(&options.at), told, recording)?;
     let before = variables(&mut session.module);
     let end = session.run(options.until, &signal, &mut progress::bar_after(PATIENCE));
-    if let Some(failure) = unwritten.take() {
-        return Err(failure);
+    if let Some(error) = unwritten.take() {
+        return Err(error.into());
     }
     let end = end?;
     trace.take().map_or(Ok(()), Output::finish)?;
@@ -146,7 +146,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             Some(name) if !is_standard(&options.program) => name,
             _ => "standard input".into(),
         };
-        plot.write(draw(&name, ran(&session, end), recording, &program).as_bytes())?;
+        plot.write_all(draw(&name, ran(&session, end), recording, &program).as_bytes())?;
         report.plot = Some(plot.name().into());
     }
     let beside = plot.as_ref().is_some_and(Output::is_standard);

@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use clap::Args;
+use found::Found;
 use tmcl_link::EndSignal;
 use tmcl_tools::conversation::{ASK_VERSION, Conversation, Error};
 use tmcl_tools::product::Product;
@@ -21,7 +22,6 @@ use crate::link::{Link, LinkTarget, LogFile, Surroundings};
 use crate::progress::Progress;
 use crate::reach::note;
 use crate::tell;
-use found::Found;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///

@@ -12,14 +12,15 @@ pub use images::on_image;
 pub use options::Options;
 pub use sources::{expanded, read_file, read_text, select};
 
+use std::io::Write;
 use std::time::Instant;
 
+use tmcl_server::image::Image;
 use tmcm_sim::scenario::suite::{self, Start};
 use tmcm_sim::scenario::{Case, Stand};
 
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::sim::Image;
 use report::Printer;
 
 /// Runs the scenarios; fails if any of them does.
@@ -46,7 +47,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let passed = printer.finish(&reports, began.elapsed())?;
     if let Some(mut junit) = junit.take() {
-        junit.write(junit::text(&reports, began.elapsed())?.as_bytes())?;
+        junit.write_all(junit::text(&reports, began.elapsed())?.as_bytes())?;
         junit.finish()?;
     }
     if passed { Ok(()) } else { Err(Failure::Reported) }

@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use tmcl_link::wording::words;
+use tmcl_server::files::read_text;
+use tmcl_server::options::Firmware;
+use tmcl_server::worlds::read_world;
 use tmcl_tools::product;
 use tmcm_sim::scenario::Case;
 use tmcm_sim::scenario::suite::File;
@@ -11,8 +14,6 @@ use tmcm_sim::{FirmwareKind, Model, Product};
 
 use super::sources::{expanded, read_file};
 use crate::failure::Failure;
-use crate::files::read_text;
-use crate::sim::{Firmware, read_world};
 
 /// Test the behaviour of a module, or of a TMCL program in it, that scenario files describe
 ///

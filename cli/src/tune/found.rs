@@ -84,7 +84,7 @@ impl Found {
             false => tell::out().write_all(&out).and_then(|()| tell::out().flush())?,
         }
         if let Some(mut plot) = plot {
-            plot.write(drawn.as_bytes())?;
+            plot.write_all(drawn.as_bytes())?;
             plot.finish()?;
         }
         proposals.map(|_| ()).map_err(Failure::Failed)

@@ -28,29 +28,29 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use bench::Bench;
+use brake::Brake;
 use clap::{Args, Subcommand};
+use drive::Drive;
+use found::{Found, Subject};
+use measurement::Measurement;
+use plan::{Cruise, Setup};
 use tmcl_link::EndSignal;
+use tmcl_server::worlds::read_world;
 use tmcm::param::AxisParameter as P;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::ProgramState;
+use track::{Room, Track};
+use watch::Method;
 
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::reach::Reach;
-use crate::sim::read_world;
 use crate::tell;
 use crate::terminal;
 use crate::world;
-use bench::Bench;
-use brake::Brake;
-use drive::Drive;
-use found::{Found, Subject};
-use measurement::Measurement;
-use plan::{Cruise, Setup};
-use track::{Room, Track};
-use watch::Method;
 
 /// Measure what stallGuard2 and coolStep make of a motor, and propose settings for them
 ///

@@ -5,10 +5,10 @@ use std::net::SocketAddr;
 
 use serde::Serialize;
 
-use super::answer::Going;
-use super::links::Links;
-use super::options::{Firmware, Options};
-use super::pty::Pty;
+use crate::answer::Going;
+use crate::links::Links;
+use crate::options::{Firmware, Options};
+use crate::pty::Pty;
 
 /// What is told. A link that is not offered is null.
 #[derive(Serialize)]
@@ -34,7 +34,7 @@ struct Ready {
 }
 
 /// Prints the line.
-pub(super) fn line(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
+pub(crate) fn line(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
     let products: Vec<&str> = options.product.iter().map(|product| product.name()).collect();
     let ready = Ready {
         version: env!("CARGO_PKG_VERSION"),

@@ -17,9 +17,8 @@ use signal_hook::consts::SIGXFSZ;
 use tmcl_link::wording::words;
 use tmcm_sim::Product;
 
-use super::say;
-use crate::draft::{beside, left_beside};
 use crate::failure::Failure;
+use crate::files::{beside, left_beside};
 
 /// A file with the contents of the EEPROM.
 #[derive(Debug)]
@@ -33,6 +32,8 @@ pub struct EepromFile {
     held: Option<File>,
     /// True if the last attempt to write failed.
     failing: bool,
+    /// Tells a person something.
+    say: fn(&str),
 }
 
 impl EepromFile {
@@ -41,7 +42,7 @@ impl EepromFile {
     /// # Errors
     /// The file has another size than this EEPROM, cannot be written, or is in use by another simulator; it stays
     /// unchanged.
-    pub fn open(path: &Path, product: Product) -> Result<Self, Failure> {
+    pub fn open(path: &Path, product: Product, say: fn(&str)) -> Result<Self, Failure> {
         let failed = |why: String| Failure::Failed(format!("--eeprom: {}{why}", path.display()));
         let real = loop {
             let error = match fs::canonicalize(path) {
@@ -54,7 +55,7 @@ impl EepromFile {
                 Err(_) if error.kind() == ErrorKind::NotFound => {
                     let path = std::path::absolute(path)
                         .map_err(|error| failed(format!(" cannot be made: {}", words(error))))?;
-                    return Ok(EepromFile { path, product, found: None, held: None, failing: false });
+                    return Ok(EepromFile { path, product, found: None, held: None, failing: false, say });
                 }
                 _ => return Err(failed(format!(" cannot be read: {}", words(error)))),
             }
@@ -93,14 +94,21 @@ impl EepromFile {
                 let mut contents = vec![0; size];
                 file.read_exact(&mut contents).map_err(cannot)?;
                 sweep(&real, size);
-                return Ok(EepromFile { path: real, product, found: Some(contents), held: Some(file), failing: false });
+                return Ok(EepromFile {
+                    path: real,
+                    product,
+                    found: Some(contents),
+                    held: Some(file),
+                    failing: false,
+                    say,
+                });
             }
         }
     }
 
     /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with
     /// `.2`, `.3` ... for the others.
-    pub fn open_all(path: &Path, products: &[Product]) -> Result<Vec<Self>, Failure> {
+    pub fn open_all(path: &Path, products: &[Product], say: fn(&str)) -> Result<Vec<Self>, Failure> {
         let_large_writes_fail()?;
         let name = |number: usize| {
             let mut name = path.as_os_str().to_owned();
@@ -109,16 +117,16 @@ impl EepromFile {
             }
             name
         };
-        (1..).zip(products).map(|(number, product)| Self::open(Path::new(&name(number)), *product)).collect()
+        (1..).zip(products).map(|(number, product)| Self::open(Path::new(&name(number)), *product, say)).collect()
     }
 
     /// Opens the file of a single module.
     ///
     /// # Errors
     /// Those of [`EepromFile::open`].
-    pub fn open_one(path: &Path, product: Product) -> Result<Self, Failure> {
+    pub fn open_one(path: &Path, product: Product, say: fn(&str)) -> Result<Self, Failure> {
         let_large_writes_fail()?;
-        Self::open(path, product)
+        Self::open(path, product, say)
     }
 
     /// The contents when the file was opened; `None` if there was no file.
@@ -135,7 +143,7 @@ impl EepromFile {
         }
         replaced.map_err(|error| {
             // Another simulator may have made the file meanwhile: the error of opening that file tells the user more.
-            let refused = is_first.then(|| Self::open(&self.path, self.product).err()).flatten();
+            let refused = is_first.then(|| Self::open(&self.path, self.product, self.say).err()).flatten();
             refused.unwrap_or_else(|| {
                 Failure::Failed(format!("--eeprom: cannot write {}: {}", self.path.display(), words(error)))
             })
@@ -180,8 +188,10 @@ impl Backing for EepromFile {
     fn keep(&mut self, contents: &[u8]) -> bool {
         let saved = self.save(contents);
         match &saved {
-            Err(failure) if !self.failing => say(&format!("{failure}. Until it can be written, nothing is stored")),
-            Ok(()) if self.failing => say(&format!("--eeprom: {} is written again", self.path.display())),
+            Err(failure) if !self.failing => {
+                (self.say)(&format!("{failure}. Until it can be written, nothing is stored"))
+            }
+            Ok(()) if self.failing => (self.say)(&format!("--eeprom: {} is written again", self.path.display())),
             _ => {}
         }
         self.failing = saved.is_err();

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use rustix::net::sockopt;
 use tmcl_link::wording::words;
 
-use super::endpoint::Endpoint;
-use super::slcan::HostAdapter;
-use super::stream::Stream;
+use crate::endpoint::Endpoint;
 use crate::failure::Failure;
+use crate::slcan::HostAdapter;
+use crate::stream::Stream;
 
 /// Most connections to one port at a time. With an image each client's request takes about 2 ms of the USB cable, so
 /// with 16 clients none waits for 50 ms.

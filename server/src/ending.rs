@@ -13,24 +13,24 @@ use crate::failure::Failure;
 
 /// Watches for signals and for the end of standard input.
 #[derive(Debug)]
-pub(super) struct Ending {
+pub(crate) struct Ending {
     signal: EndSignal,
     stdin: Option<Stdin>,
 }
 
 impl Ending {
     /// Watches for signals, and with `stdin` also for the end of standard input.
-    pub(super) fn watch(stdin: bool) -> Result<Self, Failure> {
+    pub(crate) fn watch(stdin: bool) -> Result<Self, Failure> {
         Ok(Ending { signal: EndSignal::watch()?, stdin: stdin.then(std::io::stdin) })
     }
 
     /// The descriptors to poll: one of them can be read when the end may have come.
-    pub(super) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+    pub(crate) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         std::iter::once(self.signal.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
     }
 
     /// True if a signal has come or standard input has ended.
-    pub(super) fn has_come(&self) -> bool {
+    pub(crate) fn has_come(&self) -> bool {
         self.signal.happened() || self.stdin.as_ref().is_some_and(is_at_end)
     }
 }

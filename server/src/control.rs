@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
 use rustix::event::PollFlags;
-
-use super::answer::{Told, answer};
-use super::stream::{Input, Stream};
-use super::tcp::{Guest, MOST_CONNECTIONS};
-use super::watch::Watch;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
+
+use crate::answer::{Told, answer};
+use crate::stream::{Input, Stream};
+use crate::tcp::{Guest, MOST_CONNECTIONS};
+use crate::watch::Watch;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;

@@ -8,7 +8,7 @@ use tmcl_tools::slcan::Adapter;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Heard, Node};
 
-use super::endpoint::{Arrival, Endpoint};
+use crate::endpoint::{Arrival, Endpoint};
 
 /// Length of the shortest SLCAN line that carries a frame, in bytes.
 const SHORTEST: usize = 6;

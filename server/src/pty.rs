@@ -11,8 +11,8 @@ use rustix::termios::OptionalActions;
 use tmcl_link::claim;
 use tmcl_link::wording::words;
 
-use super::stream::Stream;
 use crate::failure::Failure;
+use crate::stream::Stream;
 
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]

@@ -6,12 +6,12 @@ use hal_sim::world::config::WorldConfig;
 use tmcl_link::wording::words;
 use tmcm_sim::Product;
 
-use super::options::Options;
 use crate::failure::Failure;
-use crate::files;
+use crate::files::read_text;
+use crate::options::Options;
 
 /// The world of each module. Each product has its own idea of what there can be.
-pub(super) fn of_all(options: &Options) -> Result<Vec<WorldConfig>, Failure> {
+pub(crate) fn of_all(options: &Options) -> Result<Vec<WorldConfig>, Failure> {
     let Some(path) = &options.world else { return Ok(vec![WorldConfig::default(); options.product.len()]) };
     let file = WorldFile::read(path)?;
     let world = |(number, product): (usize, &Product)| {
@@ -22,7 +22,7 @@ pub(super) fn of_all(options: &Options) -> Result<Vec<WorldConfig>, Failure> {
 }
 
 /// Reads the file of option --world for a module of a product.
-pub(crate) fn read_world(path: &Path, product: Product) -> Result<WorldConfig, Failure> {
+pub fn read_world(path: &Path, product: Product) -> Result<WorldConfig, Failure> {
     WorldFile::read(path)?.world(product, "")
 }
 
@@ -36,7 +36,7 @@ impl<'a> WorldFile<'a> {
         let cannot = |error: std::io::Error| {
             Failure::Failed(format!("--world: cannot read {}: {}", path.display(), words(error)))
         };
-        Ok(WorldFile { path, text: files::read_text(path).map_err(cannot)? })
+        Ok(WorldFile { path, text: read_text(path).map_err(cannot)? })
     }
 
     /// The world around a module of a product. An error names the file, and the `module` where that is given.

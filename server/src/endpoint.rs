@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use rustix::event::PollFlags;
 use tmcm::tmcl::binary::{Framer, TELEGRAM};
-
-use super::stream::{Input, Stream};
 use tmcm_sim::client::Client;
+
+use crate::stream::{Input, Stream};
 
 /// Silence after which an unfinished telegram is given up. The silence begins when bytes were read, and ends a
 /// telegram only if a later read found no bytes, so that a simulator that was held up for a moment does not tear a

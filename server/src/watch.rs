@@ -2,7 +2,6 @@
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 use serde::ser::{Serialize, SerializeMap, Serializer};
-
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::{Quantity, Seen, TIME};

@@ -1,26 +1,26 @@
 //! The modules of `tmcl sim`: made when it starts, and made anew by `restart`, with what their EEPROMs keep.
 
 use hal_sim::world::config::WorldConfig;
-
-use super::eeprom::EepromFile;
-use crate::failure::Failure;
 use tmcm_sim::fleet::{Fleet, Member};
 use tmcm_sim::{Model, VirtualModule};
+
+use crate::eeprom::EepromFile;
+use crate::failure::Failure;
 
 /// Makes modules of members.
 type Make<'a, M> = dyn Fn(&[Member<'_>]) -> Result<Fleet<M>, Failure> + 'a;
 
 /// Makes modules, always the same ones.
-pub(super) struct Factory<'a, M> {
+pub(crate) struct Factory<'a, M> {
     /// What each module is, and the world around it.
-    pub(super) members: Vec<(Model, WorldConfig)>,
+    pub(crate) members: Vec<(Model, WorldConfig)>,
     /// Makes modules of these members, for each call new ones.
-    pub(super) make: Box<Make<'a, M>>,
+    pub(crate) make: Box<Make<'a, M>>,
 }
 
 impl<M: VirtualModule> Factory<'_, M> {
     /// The first modules. Their EEPROMs are kept in files, if there are any: as many as modules.
-    pub(super) fn first(&self, eeproms: Vec<EepromFile>) -> Result<Fleet<M>, Failure> {
+    pub(crate) fn first(&self, eeproms: Vec<EepromFile>) -> Result<Fleet<M>, Failure> {
         let contents: Vec<Option<&[u8]>> = eeproms.iter().map(EepromFile::contents).collect();
         let mut fleet = self.fleet(&contents)?;
         for (mut file, module) in eeproms.into_iter().zip(fleet.modules_mut()) {
@@ -33,7 +33,7 @@ impl<M: VirtualModule> Factory<'_, M> {
     }
 
     /// New modules in the place of old ones, with the contents of their EEPROMs, which are kept where they were.
-    pub(super) fn anew(&self, old: &mut Fleet<M>) -> Result<Fleet<M>, Failure> {
+    pub(crate) fn anew(&self, old: &mut Fleet<M>) -> Result<Fleet<M>, Failure> {
         let contents: Vec<Vec<u8>> =
             old.modules_mut().iter_mut().map(|module| module.board_mut().at25().contents().to_vec()).collect();
         let contents: Vec<Option<&[u8]>> = contents.iter().map(|bytes| Some(bytes.as_slice())).collect();

@@ -6,18 +6,18 @@ use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::{Request, Seen};
 
-use super::answer::Told;
-use super::control::{ControllerId, Outcome};
-use super::inquiries::Inquiries;
-use super::timekeeper::{Task, Timekeeper};
-use super::watch::Watch;
+use crate::answer::Told;
+use crate::control::{ControllerId, Outcome};
+use crate::inquiries::Inquiries;
+use crate::timekeeper::{Task, Timekeeper};
+use crate::watch::Watch;
 
 /// Carries out a line from a connection to the control port, or begins with it. `kinds` are the boards of the modules, that
 /// of module 1 first.
 ///
 /// # Errors
 /// The line asks for what there is not, or what cannot be done now; then nothing has been changed.
-pub(super) fn carry_out(
+pub(crate) fn carry_out(
     from: ControllerId,
     line: &str,
     kinds: &[&'static BoardKind],
@@ -82,7 +82,7 @@ fn misplaced(line: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::answer::answer;
+    use crate::answer::answer;
     use hal_sim::board::TMCM_1140;
     use hal_sim::world::config::WorldConfig;
     use tmcm_sim::protocol::Speed;

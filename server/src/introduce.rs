@@ -3,14 +3,14 @@
 
 use std::io::{self, Write};
 
-use super::links::Links;
-use super::options::{Firmware, Options};
-use super::pty::Pty;
-use super::say;
 use tmcm_sim::Product;
 
+use crate::links::Links;
+use crate::options::{Firmware, Options};
+use crate::pty::Pty;
+
 /// Prints what the modules are. `what_runs` tells what runs in a module of a product.
-pub(super) fn modules(
+pub(crate) fn modules(
     options: &Options,
     what_runs: impl Fn(Product) -> String,
     out: &mut impl Write,
@@ -31,7 +31,7 @@ pub(super) fn modules(
 
 /// Prints where the modules can be reached, each link under the name of its option. How is for a host of their
 /// firmware.
-pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
+pub(crate) fn links(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
     let count = options.product.len();
     let tmcl = options.firmware() == Firmware::Tmcl;
     if let Some(pty) = &links.serial {
@@ -75,7 +75,7 @@ pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> i
 }
 
 /// Warns of ports to which other computers may be able to connect.
-pub(super) fn warn(links: &Links) {
+pub(crate) fn warn(links: &Links, say: fn(&str)) {
     let open = links.open_to_others();
     let (are, them) = if open.len() == 1 { ("is", "it") } else { ("are", "them") };
     if !open.is_empty() {

@@ -234,7 +234,7 @@ impl From<Firmware> for FirmwareKind {
 impl Options {
     /// The options with the product of each module, and the firmware, both as the image has them if it tells. Refuses
     /// options that contradict each other, or the image, in a way that the parser cannot see.
-    pub(super) fn checked(&self, told: Option<Model>) -> Result<Self, Failure> {
+    pub(crate) fn checked(&self, told: Option<Model>) -> Result<Self, Failure> {
         let refused = |why: &str| Err(Failure::Arguments(why.into()));
         let product = self.products(told.map(Model::product))?;
         if self.firmware == Some(Firmware::Canopen)
@@ -306,12 +306,12 @@ impl Options {
     }
 
     /// True if the modules are not all of one product.
-    pub(super) fn is_mixed(&self) -> bool {
+    pub(crate) fn is_mixed(&self) -> bool {
         self.product.iter().any(|product| Some(product) != self.product.first())
     }
 
     /// What each module is.
-    pub(super) fn models(&self) -> impl Iterator<Item = Model> {
+    pub(crate) fn models(&self) -> impl Iterator<Item = Model> {
         self.product.iter().map(|product| match self.firmware() {
             Firmware::Tmcl => Model::Tmcl(*product),
             Firmware::Canopen => Model::Canopen,
@@ -319,7 +319,7 @@ impl Options {
     }
 
     /// The firmware in the module.
-    pub(super) fn firmware(&self) -> Firmware {
+    pub(crate) fn firmware(&self) -> Firmware {
         self.firmware.unwrap_or(Firmware::Tmcl)
     }
 
@@ -329,17 +329,17 @@ impl Options {
     }
 
     /// True if a host can be at the USB connector of module 1.
-    pub(super) fn needs_usb(&self) -> bool {
+    pub(crate) fn needs_usb(&self) -> bool {
         self.has_usb_link() || self.default_usb()
     }
 
     /// True if the links of USB are opened although none is named.
-    pub(super) fn default_usb(&self) -> bool {
+    pub(crate) fn default_usb(&self) -> bool {
         self.names_no_link() && self.firmware() == Firmware::Tmcl
     }
 
     /// True if a CAN adapter is offered although none is named.
-    pub(super) fn default_can(&self) -> bool {
+    pub(crate) fn default_can(&self) -> bool {
         self.names_no_link() && self.firmware() == Firmware::Canopen
     }
 
@@ -349,12 +349,12 @@ impl Options {
 }
 
 /// How the images are built, for whoever gives a file that is none.
-pub(super) const IMAGES: &str = "\
+pub(crate) const IMAGES: &str = "\
      `cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
      `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
 
 /// What helps whose image does not start.
-pub(super) fn advice(stop: &Stop) -> &'static str {
+pub(crate) fn advice(stop: &Stop) -> &'static str {
     match stop {
         Stop::Pin(_) => {
             "The image is for another board than `--product` says, or for one of your own, whose pins the emulator has to \
@@ -388,7 +388,7 @@ Examples:
       that of the CANopen firmware, which is told by the file, as the product is";
 
 /// Checks the form of an address to listen on. Whether the address can be used shows when the port is opened.
-pub(crate) fn address(text: &str) -> Result<String, String> {
+pub fn address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
     match parts {
         Some(_) => Ok(text.into()),

@@ -8,17 +8,17 @@ use std::path::Path;
 use std::time::Instant;
 
 use rustix::event::PollFlags;
-
-use super::Options;
-use super::control::Controller;
-use super::endpoint::{Arrival, Endpoint};
-use super::pty::{Pty, Vacant};
-use super::slcan::HostAdapter;
-use super::tcp::{Guest, Server};
-use crate::failure::Failure;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::{Client, Sent};
 use tmcm_sim::fleet::{Fleet, Lost};
+
+use crate::control::Controller;
+use crate::endpoint::{Arrival, Endpoint};
+use crate::failure::Failure;
+use crate::options::Options;
+use crate::pty::{Pty, Vacant};
+use crate::slcan::HostAdapter;
+use crate::tcp::{Guest, Server};
 
 /// The TCP ports that are used by default, if they are free: for the USB link, and for the CAN bus.
 const USUAL_PORT: u16 = 4140;
@@ -33,11 +33,11 @@ const SERIAL_OPTION: &str = "--serial";
 /// The open links.
 #[derive(Debug)]
 pub struct Links {
-    pub(super) serial: Option<Pty<Endpoint<File>>>,
-    pub(super) tcp: Option<Server<Endpoint<TcpStream>>>,
-    pub(super) rs485: Option<Pty<Endpoint<File>>>,
-    pub(super) slcan: Option<Pty<HostAdapter<File>>>,
-    pub(super) slcan_tcp: Option<Server<HostAdapter<TcpStream>>>,
+    pub(crate) serial: Option<Pty<Endpoint<File>>>,
+    pub(crate) tcp: Option<Server<Endpoint<TcpStream>>>,
+    pub(crate) rs485: Option<Pty<Endpoint<File>>>,
+    pub(crate) slcan: Option<Pty<HostAdapter<File>>>,
+    pub(crate) slcan_tcp: Option<Server<HostAdapter<TcpStream>>>,
     /// The control port.
     pub control: Option<Server<Controller>>,
     /// The place of the pseudo terminal of the USB link while that has hung up.
@@ -77,7 +77,7 @@ impl Links {
     }
 
     /// The TCP ports to which other computers may be able to connect, as options.
-    pub(super) fn open_to_others(&self) -> Vec<String> {
+    pub(crate) fn open_to_others(&self) -> Vec<String> {
         fn option<C: Guest>(option: &str, server: Option<&Server<C>>) -> Option<String> {
             let server = server.filter(|server| server.is_open_to_others())?;
             Some(format!("{option} {}", server.address()))

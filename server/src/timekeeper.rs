@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
-
-use super::answer::{Going, Report, Told};
-use super::control::{Controller, ControllerId};
-use super::pacing::Pacer;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::{Seen, Speed};
 use tmcm_sim::scenario::condition::Condition;
+
+use crate::answer::{Going, Report, Told};
+use crate::control::{Controller, ControllerId};
+use crate::pacing::Pacer;
 
 /// Longest real time spent on virtual time before links and connections are served again.
 const LONGEST_TURN: Duration = Duration::from_millis(2);
@@ -27,7 +27,7 @@ const REST: Duration = Duration::from_millis(50);
 
 /// How virtual time passes, and on whose behalf.
 #[derive(Debug)]
-pub(super) struct Timekeeper {
+pub(crate) struct Timekeeper {
     pacer: Pacer,
     /// While time is paused: how much of it passes after each reply.
     paused: Option<Nanos>,
@@ -56,7 +56,7 @@ struct Errand {
 
 /// What is to be done.
 #[derive(Debug)]
-pub(super) enum Task {
+pub(crate) enum Task {
     /// Time passes.
     Step(Nanos),
     /// Time passes until something holds, but not longer.
@@ -105,12 +105,12 @@ impl Task {
 }
 
 /// What a connection waited for has been done: whose it is, and its answer.
-pub(super) type Finished = (ControllerId, Result<Option<Told>, String>);
+pub(crate) type Finished = (ControllerId, Result<Option<Told>, String>);
 
 impl Timekeeper {
     /// The timekeeper from `now` on: by the clock at this speed; or paused, and `paused` is how much time passes after each
     /// reply.
-    pub(super) fn new(speed: Speed, paused: Option<Nanos>, now: Nanos) -> Self {
+    pub(crate) fn new(speed: Speed, paused: Option<Nanos>, now: Nanos) -> Self {
         let pacer = Pacer::new(speed, Instant::now(), now);
         Timekeeper {
             pacer,
@@ -125,43 +125,43 @@ impl Timekeeper {
     }
 
     /// The timekeeper of new modules from `now` on, paused and as fast as this one.
-    pub(super) fn anew(&mut self, now: Nanos) -> Self {
+    pub(crate) fn anew(&mut self, now: Nanos) -> Self {
         let interrupters = std::mem::take(&mut self.interrupters);
         Timekeeper { interrupters, ..Self::new(self.pacer.wanted(), self.paused, now) }
     }
 
     /// True while time passes by steps and for requests alone.
-    pub(super) fn is_paused(&self) -> bool {
+    pub(crate) fn is_paused(&self) -> bool {
         self.paused.is_some()
     }
 
     /// True while a step is wanted or under way: what hosts send meanwhile is taken when it has ended.
-    pub(super) fn is_stepping(&self) -> bool {
+    pub(crate) fn is_stepping(&self) -> bool {
         self.errand.is_some()
     }
 
     /// True while replies are kept back, because time is to pass after one of them before its host can go on.
-    pub(super) fn holds_replies(&self) -> bool {
+    pub(crate) fn holds_replies(&self) -> bool {
         self.debt > 0
     }
 
     /// True while time is paused and nobody waits for some of it to pass.
-    pub(super) fn is_at_rest(&self) -> bool {
+    pub(crate) fn is_at_rest(&self) -> bool {
         self.is_paused() && !self.is_working
     }
 
     /// Who has asked for a restart, which is for the owner of the modules to do.
-    pub(super) fn take_restart(&mut self) -> Option<ControllerId> {
+    pub(crate) fn take_restart(&mut self) -> Option<ControllerId> {
         self.restart.take()
     }
 
     /// Who has waited for the end of what was under way, once it has come.
-    pub(super) fn take_interrupters(&mut self) -> Vec<ControllerId> {
+    pub(crate) fn take_interrupters(&mut self) -> Vec<ControllerId> {
         if self.is_busy() { Vec::new() } else { std::mem::take(&mut self.interrupters) }
     }
 
     /// How time goes, for the answer to `state`.
-    pub(super) fn report(&mut self, state: State, now: Nanos) -> Report {
+    pub(crate) fn report(&mut self, state: State, now: Nanos) -> Report {
         if self.is_paused() {
             self.pacer.rest(Instant::now(), now);
         }
@@ -174,18 +174,18 @@ impl Timekeeper {
     }
 
     /// Whether time goes by the clock.
-    pub(super) fn going(&self) -> Going {
+    pub(crate) fn going(&self) -> Going {
         if self.is_paused() { Going::Paused } else { Going::Running }
     }
 
     /// How far behind time is, if a person should be told, and how fast it has been going.
-    pub(super) fn lag(&mut self) -> Option<(Nanos, f64)> {
+    pub(crate) fn lag(&mut self) -> Option<(Nanos, f64)> {
         let achieved = self.pacer.achieved();
         self.pacer.lag().map(|lag| (lag, achieved))
     }
 
     /// Time stands still from now on, and `after_reply` of it passes after each reply.
-    pub(super) fn pause(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
+    pub(crate) fn pause(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
         self.refuse_if_busy()?;
         if !self.is_paused() {
             self.counted = fleet.answered();
@@ -195,7 +195,7 @@ impl Timekeeper {
     }
 
     /// Time goes by the clock from now on. What the clock has gone meanwhile is not made up for.
-    pub(super) fn resume(&mut self, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
+    pub(crate) fn resume(&mut self, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
         self.refuse_if_busy()?;
         self.paused = None;
         self.debt = 0;
@@ -204,12 +204,12 @@ impl Timekeeper {
     }
 
     /// Changes how fast time goes by the clock.
-    pub(super) fn set_speed(&mut self, speed: Speed) {
+    pub(crate) fn set_speed(&mut self, speed: Speed) {
         self.pacer.set_speed(speed, Instant::now());
     }
 
     /// Begins with what takes virtual time, as soon as no request waits for its reply. The answer is for `asker`.
-    pub(super) fn begin(&mut self, asker: ControllerId, task: Task) -> Result<(), String> {
+    pub(crate) fn begin(&mut self, asker: ControllerId, task: Task) -> Result<(), String> {
         self.refuse_if_busy()?;
         if !self.is_paused() {
             return Err(format!("time goes by the clock, so there is no '{}': write 'pause' before it", task.name()));
@@ -219,7 +219,7 @@ impl Timekeeper {
     }
 
     /// All is to begin anew. The answer is for `asker`.
-    pub(super) fn ask_restart(&mut self, asker: ControllerId) -> Result<(), String> {
+    pub(crate) fn ask_restart(&mut self, asker: ControllerId) -> Result<(), String> {
         self.refuse_if_busy()?;
         self.restart = Some(asker);
         Ok(())
@@ -227,7 +227,7 @@ impl Timekeeper {
 
     /// Ends what is under way for a connection, as if its time were over, and `from` waits until it has ended: the next line
     /// of `from` comes after that. False if nothing is under way.
-    pub(super) fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
+    pub(crate) fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
         if let Some(errand) = &mut self.errand {
             errand.goal = Some(now);
         }
@@ -245,7 +245,7 @@ impl Timekeeper {
 
     /// # Errors
     /// Something is under way that takes virtual time, or a restart is to come.
-    pub(super) fn refuse_if_busy(&self) -> Result<(), String> {
+    pub(crate) fn refuse_if_busy(&self) -> Result<(), String> {
         let name = match (&self.errand, self.restart) {
             (Some(errand), _) => errand.task.name(),
             (None, Some(_)) => "restart",
@@ -256,7 +256,7 @@ impl Timekeeper {
 
     /// When the simulator has something to do again although nothing arrives. `nap` is its longest sleep while the modules
     /// have nothing to do for a host.
-    pub(super) fn wake(&self, fleet: &Fleet<impl VirtualModule>, nap: Duration) -> Instant {
+    pub(crate) fn wake(&self, fleet: &Fleet<impl VirtualModule>, nap: Duration) -> Instant {
         if self.is_paused() {
             return Instant::now() + if self.is_at_rest() { REST } else { Duration::ZERO };
         }
@@ -267,7 +267,7 @@ impl Timekeeper {
     }
 
     /// Lets time pass by the clock, up to the present or as far as a turn suffices.
-    pub(super) fn run(&mut self, fleet: &mut Fleet<impl VirtualModule>, watchers: &mut [Controller]) {
+    pub(crate) fn run(&mut self, fleet: &mut Fleet<impl VirtualModule>, watchers: &mut [Controller]) {
         if self.is_paused() {
             return;
         }
@@ -282,7 +282,7 @@ impl Timekeeper {
 
     /// Lets paused time pass for those who wait for it, as far as is needed or as a turn suffices. Gives what has been done
     /// for a connection.
-    pub(super) fn serve(
+    pub(crate) fn serve(
         &mut self,
         fleet: &mut Fleet<impl VirtualModule>,
         watchers: &mut [Controller],

@@ -4,6 +4,7 @@
 //! virtual time pass up to the present, takes the bytes that have arrived, and writes the replies that are due. While time
 //! is paused, it passes for those who wait once their bytes have been taken.
 
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 use hal_sim::board::BoardKind;
@@ -13,35 +14,35 @@ use tmcl_link::wording::words;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Lost};
 
-use super::answer::Told;
-use super::control::{Controller, ControllerId};
-use super::desk;
-use super::ending::Ending;
-use super::factory::Factory;
-use super::inquiries::Inquiries;
-use super::links::Links;
-use super::say;
-use super::timekeeper::{Finished, Timekeeper};
+use crate::answer::Told;
+use crate::control::{Controller, ControllerId};
+use crate::desk;
+use crate::ending::Ending;
+use crate::factory::Factory;
 use crate::failure::Failure;
-use crate::output::Output;
+use crate::inquiries::Inquiries;
+use crate::links::Links;
+use crate::timekeeper::{Finished, Timekeeper};
 
 /// The state of the running simulator.
-pub(super) struct Simulator<'a, M> {
-    pub(super) stop: Ending,
-    pub(super) factory: Factory<'a, M>,
-    pub(super) fleet: Fleet<M>,
+pub(crate) struct Simulator<'a, M> {
+    pub(crate) stop: Ending,
+    pub(crate) factory: Factory<'a, M>,
+    pub(crate) fleet: Fleet<M>,
     /// The boards of the modules, that of module 1 first.
-    pub(super) kinds: Vec<&'static BoardKind>,
-    pub(super) links: Links,
-    pub(super) timekeeper: Timekeeper,
+    pub(crate) kinds: Vec<&'static BoardKind>,
+    pub(crate) links: Links,
+    pub(crate) timekeeper: Timekeeper,
     /// Commands to the firmware that have come to the control port.
-    pub(super) inquiries: Inquiries,
+    pub(crate) inquiries: Inquiries,
     /// Longest sleep while the modules have nothing to do for a host.
-    pub(super) nap: Duration,
+    pub(crate) nap: Duration,
     /// The file of --log-telegrams.
-    pub(super) telegrams: Option<Output>,
+    pub(crate) telegrams: Option<Box<dyn Write>>,
+    /// Tells a person something.
+    pub(crate) say: fn(&str),
     /// Number of the last connection to the control port.
-    pub(super) last_controller: ControllerId,
+    pub(crate) last_controller: ControllerId,
 }
 
 impl<M: VirtualModule> Simulator<'_, M> {
@@ -49,7 +50,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
     ///
     /// # Errors
     /// A module cannot go on, or the system refuses to wait.
-    pub(super) fn run(mut self) -> Result<(), Failure> {
+    pub(crate) fn run(mut self) -> Result<(), Failure> {
         while !self.sleep()? {
             self.timekeeper.run(&mut self.fleet, self.links.controllers());
             self.take_requests();
@@ -89,7 +90,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
     /// Takes what has arrived on the links, but for what arrives during a step, and the lines at the control port.
     fn take_requests(&mut self) {
         if !self.timekeeper.is_stepping() {
-            self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
+            self.links.receive(&mut self.fleet).iter().for_each(|message| (self.say)(message));
         }
         // The control port is taken out of `links`, because its commands change the other links meanwhile.
         let mut control = self.links.control.take();
@@ -99,12 +100,12 @@ impl<M: VirtualModule> Simulator<'_, M> {
                 *last += 1;
                 Controller::new(ControllerId(*last), stream)
             });
-            refused.iter().for_each(|message| say(message));
+            refused.iter().for_each(|message| (self.say)(message));
             for controller in &mut server.clients {
                 controller.receive(|from, line| {
                     if self.timekeeper.is_paused() && !self.timekeeper.is_stepping() {
                         // A host may have written to a link before this line, after the link was looked at.
-                        self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
+                        self.links.receive(&mut self.fleet).iter().for_each(|message| (self.say)(message));
                     }
                     let outcome = desk::carry_out(
                         from,
@@ -117,7 +118,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
                     // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
                     // answer.
                     if !self.timekeeper.is_stepping() {
-                        self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+                        self.links.follow(&mut self.fleet).iter().for_each(|message| (self.say)(message));
                     }
                     outcome
                 });
@@ -137,7 +138,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
         self.timekeeper = self.timekeeper.anew(self.fleet.now());
         self.links.lose(Lost { usb: true, buses: true, hosts: false });
         // The cable is in again, and who reads the answer may open the port.
-        self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+        self.links.follow(&mut self.fleet).iter().for_each(|message| (self.say)(message));
         let told = Told::time(self.fleet.now());
         self.links.controllers().iter_mut().for_each(|controller| controller.end_watch("restart"));
         self.inquiries.end().into_iter().for_each(|finished| self.answer(finished));
@@ -149,14 +150,18 @@ impl<M: VirtualModule> Simulator<'_, M> {
     fn log_telegrams(&mut self) -> Result<(), Failure> {
         let Some(output) = &mut self.telegrams else { return Ok(()) };
         let lines = self.fleet.take_telegrams();
-        if lines.is_empty() { Ok(()) } else { output.write(lines.as_bytes()).and_then(|()| output.flush()) }
+        if !lines.is_empty() {
+            output.write_all(lines.as_bytes())?;
+            output.flush()?;
+        }
+        Ok(())
     }
 
     /// Writes what the modules have sent, and after it the answers to what has been done meanwhile, or has ended.
     fn hand_out_replies(&mut self, finished: Option<Finished>) {
         if !self.timekeeper.is_stepping() {
             // The agenda may have changed the links meanwhile.
-            self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+            self.links.follow(&mut self.fleet).iter().for_each(|message| (self.say)(message));
         }
         if !self.timekeeper.holds_replies() {
             self.links.send(&mut self.fleet);
@@ -181,12 +186,12 @@ impl<M: VirtualModule> Simulator<'_, M> {
         let several = self.fleet.modules().len() > 1;
         for (number, module) in (1..).zip(self.fleet.modules_mut()) {
             for message in module.take_log() {
-                say(&if several { format!("module {number}: {message}") } else { message });
+                (self.say)(&if several { format!("module {number}: {message}") } else { message });
             }
         }
         if let Some((lag, achieved)) = self.timekeeper.lag() {
             let seconds = lag as f64 / SECOND as f64;
-            say(&format!(
+            (self.say)(&format!(
                 "virtual time lags, it is {seconds:.1} s behind and goes at {achieved:.2} times the clock's pace"
             ));
         }

@@ -40,7 +40,7 @@ const TLS: [u8; 2] = [0x16, 3];
 
 /// Who is at the other end of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Caller {
+pub(crate) enum Caller {
     /// What has come may be the beginning of either.
     Unknown,
     /// A host of modules, or a client of the control port.
@@ -51,7 +51,7 @@ pub(super) enum Caller {
 
 /// The first bytes of a connection, as long as it is not known who sends them.
 #[derive(Debug, Default)]
-pub(super) struct Greeting {
+pub(crate) struct Greeting {
     bytes: Vec<u8>,
     /// How many of them are held back no more.
     passed: usize,
@@ -59,18 +59,18 @@ pub(super) struct Greeting {
 
 impl Greeting {
     /// Takes the next bytes, and says what is known by now. If that is still [`Caller::Unknown`], they are held back.
-    pub(super) fn hear(&mut self, bytes: &[u8]) -> Caller {
+    pub(crate) fn hear(&mut self, bytes: &[u8]) -> Caller {
         self.bytes.extend(bytes);
         caller(&self.bytes)
     }
 
     /// The bytes that are held back.
-    pub(super) fn held(&self) -> &[u8] {
+    pub(crate) fn held(&self) -> &[u8] {
         self.bytes.get(self.passed..).unwrap_or_default()
     }
 
     /// Gives the bytes that are held back. They go on to count as the beginning of the connection.
-    pub(super) fn release(&mut self) -> Vec<u8> {
+    pub(crate) fn release(&mut self) -> Vec<u8> {
         let held = self.held().to_vec();
         self.passed = self.bytes.len();
         held
