@@ -75,6 +75,7 @@ impl From<tmcl_tools::failure::Failure> for Failure {
     fn from(failure: tmcl_tools::failure::Failure) -> Self {
         match failure {
             tmcl_tools::failure::Failure::Failed(message) => Failure::Failed(message),
+            tmcl_tools::failure::Failure::Arguments(message) => Failure::Arguments(message),
             tmcl_tools::failure::Failure::Interrupted { signal, message } => Failure::Interrupted { signal, message },
         }
     }

@@ -56,14 +56,28 @@ impl Drop for Progress {
 }
 
 /// A bar for the job that tells how far it has got, from its beginning until this is dropped.
-pub fn bar() -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
-    let mut bar: Option<Progress> = None;
-    move |told| {
+#[derive(Debug, Default)]
+pub struct Bar(Option<Progress>);
+
+impl Bar {
+    /// Shows how far the job has got.
+    pub fn tell(&mut self, told: tmcl_tools::progress::Progress<'_>) {
         if told.done == 0 {
-            bar = None;
+            self.0 = None;
         }
-        bar.get_or_insert_with(|| Progress::new(told.what, told.total)).reach(told.done);
+        self.0.get_or_insert_with(|| Progress::new(told.what, told.total)).reach(told.done);
     }
+
+    /// Removes the bar, to make room for a line of output, until there is something new to show.
+    pub fn pause(&mut self) {
+        self.0.iter_mut().for_each(Progress::pause);
+    }
+}
+
+/// What a [`Bar`] shows, as a function.
+pub fn bar() -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
+    let mut bar = Bar::default();
+    move |told| bar.tell(told)
 }
 
 /// The same for a job that nobody has to be told of unless it takes longer than `patience`.

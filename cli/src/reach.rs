@@ -1,6 +1,5 @@
 //! The command-line options that name a module and the link to it, and the conversation over it.
 
-use std::io::Write;
 use std::ops::Deref;
 use std::time::Duration;
 
@@ -120,5 +119,5 @@ impl Reach {
 /// Tells the user something about a module.
 pub(crate) fn note(text: &str) {
     // A closed standard error does not end the program.
-    let _ = writeln!(tell::err(), "tmcl: {text}");
+    let _ = tell::line(&format!("tmcl: {text}"));
 }

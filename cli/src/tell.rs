@@ -79,6 +79,18 @@ pub fn warning(text: impl fmt::Display) -> io::Result<()> {
     err().toned("", Tone::Warning, "tmcl: warning:", &format!(" {text}\n"))
 }
 
+/// Tells a line on standard error, in the place of a progress bar if one is there.
+///
+/// # Errors
+/// It cannot be written.
+pub fn line(text: &str) -> io::Result<()> {
+    let mut err = err();
+    if err.is_terminal() {
+        err.redraw("")?;
+    }
+    writeln!(err, "{text}")
+}
+
 /// Standard output or standard error, where all that is written is [`shown`].
 #[derive(Debug)]
 pub struct Shown<W>(W);

@@ -4,10 +4,12 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::wire::framing::{Framing, Slcan};
 use tmcl_tools::wire::{LinkError, Tap};
-use tmcm::tmcl::binary::{TELEGRAM, Telegram};
+use tmcm::tmcl::Command;
+use tmcm::tmcl::binary::Telegram;
 
-use super::{Question, lost};
+use super::lost;
 use crate::poll::readable;
 use crate::signal::Wait;
 
@@ -17,7 +19,11 @@ const GRACE: Duration = Duration::from_millis(500);
 /// Time between two looks for a signal.
 const LOOK: Duration = Duration::from_millis(50);
 /// Most reads of what has come before a request, so that somebody who never stops talking is no end of it.
-pub(super) const STALE_READS: usize = 256;
+const STALE_READS: usize = 256;
+/// Most bytes that are read at once.
+const CHUNK: usize = 256;
+/// Longest wait for the answer to each line that opens an adapter's channel; some adapters do not answer.
+const ANSWER: Duration = Duration::from_millis(300);
 
 /// The wait for a reply, which a time-out ends, or soon after it has come a signal.
 #[derive(Debug)]
@@ -59,85 +65,82 @@ impl Patience {
 }
 
 /// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
-pub(super) fn drop_stale(device: &mut impl Read, tap: &mut dyn Tap) {
-    let mut stale = [0; 256];
+pub(super) fn drop_stale(device: &mut impl Read, framing: &mut dyn Framing, tap: &mut dyn Tap) {
+    let mut stale = [0; CHUNK];
     for _ in 0..STALE_READS {
         match device.read(&mut stale) {
-            Ok(count) if count > 0 => tap.back(stale.get(..count).unwrap_or_default()),
+            Ok(count) if count > 0 => framing.late(stale.get(..count).unwrap_or_default(), tap),
             _ => return,
         }
     }
 }
 
-/// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
-fn write_request(device: &mut impl Write, request: &Telegram, tap: &mut dyn Tap) -> Result<(), LinkError> {
-    tap.out(request);
-    device.write_all(request).map_err(lost)
-}
-
-/// Asks a question over a device that is in non-blocking mode, and reads the reply, or gives up after `timeout`. Replies of
-/// modules that were not asked are passed over.
+/// Sends a request over a device that is in non-blocking mode, and reads the reply, or gives up after `timeout`.
 pub(super) fn converse(
     device: &mut (impl Read + Write + AsFd),
-    question: &Question,
+    framing: &mut dyn Framing,
+    (address, command): (u16, Command),
     timeout: Duration,
     tap: &mut dyn Tap,
 ) -> Result<Telegram, LinkError> {
-    write_request(device, &question.telegram(), tap)?;
+    let request = framing.ask(address, command, tap)?;
+    // That does not block, because a request fits the buffer of a device.
+    device.write_all(&request).map_err(lost)?;
     let mut patience = Patience::begin(timeout);
-    let (asked, mut answered) = (question.address, Vec::new());
     loop {
-        // Somebody who never stops talking does not keep this from ending.
-        let reply = if patience.is_over() {
-            Err(LinkError::NoReply { bytes: 0 })
-        } else {
-            read_reply(device, &mut patience, tap)
+        let mut bytes = [0; CHUNK];
+        let room = framing.room().min(CHUNK);
+        let Some(count) = read(device, bytes.get_mut(..room).unwrap_or_default(), &mut patience)? else {
+            return Err(framing.give_up());
         };
-        match reply {
-            Ok(reply) => match question.other(&reply) {
-                None => return Ok(reply),
-                Some(other) if answered.contains(&other) => {}
-                Some(other) => answered.push(other),
-            },
-            Err(LinkError::NoReply { .. }) if !answered.is_empty() => {
-                return Err(LinkError::Others { asked, answered });
-            }
-            Err(error) => return Err(error),
+        if let Some(reply) = framing.take(bytes.get(..count).unwrap_or_default(), tap) {
+            return reply;
         }
     }
 }
 
-/// Reads the nine bytes of a reply from a device that is in non-blocking mode.
-fn read_reply(
-    device: &mut (impl Read + AsFd),
-    patience: &mut Patience,
-    tap: &mut dyn Tap,
-) -> Result<Telegram, LinkError> {
-    let mut reply: Telegram = [0; TELEGRAM];
-    let mut bytes = 0;
-    while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
-        if !patience.readable(device)? {
-            return Err(LinkError::NoReply { bytes });
-        }
-        match device.read(rest) {
-            Ok(0) => return Err(LinkError::Closed),
-            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
-            Ok(count) => {
-                tap.back(rest.get(..count).unwrap_or_default());
-                bytes += count;
+/// Opens the channel of an adapter on a device that is in non-blocking mode.
+pub(super) fn open_channel(device: &mut (impl Read + Write + AsFd), adapter: &mut Slcan) -> Result<(), LinkError> {
+    for line in Slcan::OPEN {
+        device.write_all(line.as_bytes()).map_err(lost)?;
+        let mut patience = Patience::begin(ANSWER);
+        let mut bytes = [0; CHUNK];
+        while let Some(count) = read(device, &mut bytes, &mut patience)? {
+            if adapter.answered(bytes.get(..count).unwrap_or_default()) {
+                break;
             }
+        }
+    }
+    Ok(())
+}
+
+/// Reads what comes next; `None` if nothing comes in time.
+fn read(
+    device: &mut (impl Read + AsFd),
+    bytes: &mut [u8],
+    patience: &mut Patience,
+) -> Result<Option<usize>, LinkError> {
+    // Somebody who never stops talking does not keep this from ending.
+    while !patience.is_over() && patience.readable(device)? {
+        match device.read(bytes) {
+            Ok(0) => return Err(LinkError::Closed),
+            Ok(count) => return Ok(Some(count)),
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
             Err(error) => return Err(lost(error)),
         }
     }
-    Ok(reply)
+    Ok(None)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader};
     use std::os::unix::net::UnixStream;
 
-    use tmcm::tmcl::{Command, Reply, Status, binary};
+    use tmcl_tools::wire::Nobody;
+    use tmcl_tools::wire::framing::Serial;
+    use tmcm::tmcl::{Reply, Status, binary};
 
     use super::*;
 
@@ -158,18 +161,43 @@ mod tests {
     /// What came too late is thrown away in front of the next request, and those who listen hear it.
     #[test]
     fn a_late_reply_is_heard_and_thrown_away() {
-        let mut tap = Notes::default();
+        let (mut tap, mut serial) = (Notes::default(), Serial::default());
         let (mut host, mut module) = UnixStream::pair().unwrap();
         host.set_nonblocking(true).unwrap();
         let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
-        let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
-        write_request(&mut host, &request, &mut tap).unwrap();
+        let command = Command::new(6, 1, 0, 0);
+        let request = binary::encode_command(1, command);
+        let asked = converse(&mut host, &mut serial, (1, command), Duration::ZERO, &mut tap);
+        assert!(matches!(asked, Err(LinkError::NoReply { bytes: 0 })), "{asked:?}");
         module.write_all(&reply(1)).unwrap();
-        drop_stale(&mut host, &mut tap);
-        write_request(&mut host, &request, &mut tap).unwrap();
+        drop_stale(&mut host, &mut serial, &mut tap);
         module.write_all(&reply(2)).unwrap();
-        assert_eq!(read_reply(&mut host, &mut Patience::begin(Duration::from_secs(60)), &mut tap).unwrap(), reply(2));
+        let asked = converse(&mut host, &mut serial, (1, command), Duration::from_secs(60), &mut tap);
+        assert_eq!(asked.unwrap(), reply(2));
         let said = [('>', request), ('<', reply(1)), ('>', request), ('<', reply(2))];
         assert_eq!(tap.0, said.map(|(direction, bytes)| (direction, bytes.to_vec())));
+    }
+
+    /// An adapter that answers line by line, with frames before some answers, and then a request.
+    #[test]
+    fn an_adapter_is_opened_line_by_line() {
+        let (mut host, adapter) = UnixStream::pair().unwrap();
+        host.set_nonblocking(true).unwrap();
+        let answers = ["\r", "t0028036406000000AA00\r\x07", "\r", "\r", "z\rt00280364060000007B00\r"];
+        let adapter = std::thread::spawn(move || {
+            let mut lines = BufReader::new(adapter.try_clone().unwrap()).split(b'\r');
+            let mut answer = |answer: &str| {
+                let line = lines.next().unwrap().unwrap();
+                (&adapter).write_all(answer.as_bytes()).unwrap();
+                String::from_utf8(line).unwrap()
+            };
+            answers.map(&mut answer)
+        });
+        let mut slcan = Slcan::default();
+        open_channel(&mut host, &mut slcan).unwrap();
+        let command = Command::new(6, 1, 0, 0);
+        let reply = converse(&mut host, &mut slcan, (3, command), Duration::from_secs(60), &mut Nobody).unwrap();
+        assert_eq!(binary::decode_reply(&reply).unwrap().value, 0x7B);
+        assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);
     }
 }

@@ -2,32 +2,27 @@
 //! and signals that ask to end.
 
 pub mod claim;
+mod device;
 mod exchange;
 pub mod poll;
-mod question;
 mod serial;
 pub mod signal;
-mod slcan;
 mod tcp;
 pub mod wording;
 
 use std::fmt;
-use std::fs::File;
-use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use tmcl_tools::stop::Stop;
+use tmcl_tools::wire::framing::{Framing, Serial, Slcan};
 use tmcl_tools::wire::{LinkError, Nobody, Tap, Wire};
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
 use tmcm_sim::wire::CAN;
 
-use exchange::{converse, drop_stale};
-use question::Question;
-use serial::Serial;
+use device::Device;
+use exchange::{converse, drop_stale, open_channel};
 pub use signal::EndSignal;
-use slcan::Slcan;
-use tcp::Tcp;
 pub use tcp::connect;
 
 /// Why a link cannot be opened, or signals not be watched for: the message for the user.
@@ -49,26 +44,20 @@ fn lost(error: impl Into<std::io::Error>) -> LinkError {
 
 /// An open link.
 pub struct Link {
-    kind: Kind,
+    device: Device,
+    framing: Box<dyn Framing>,
+    /// What kind of link it is, in logs.
+    name: &'static str,
     timeout: Duration,
-    /// The reply of any module is taken, whatever address is in it.
-    takes_any: bool,
     tap: Box<dyn Tap>,
     /// When the link was opened.
     opened: Instant,
 }
 
-/// The kinds of links.
-enum Kind {
-    Serial(Serial),
-    Tcp(Tcp),
-    SlcanSerial(Slcan<File>),
-    SlcanTcp(Slcan<TcpStream>),
-}
-
 impl Link {
-    fn new(kind: Kind, takes_any: bool, timeout: Duration) -> Self {
-        Link { kind, timeout, takes_any, tap: Box::new(Nobody), opened: Instant::now() }
+    fn new(device: Device, name: &'static str, timeout: Duration) -> Self {
+        let (framing, tap) = (Box::new(Serial::default()), Box::new(Nobody));
+        Link { device, framing, name, timeout, tap, opened: Instant::now() }
     }
 
     /// Opens a serial device at `baud` bit/s. `timeout` is the longest wait for a reply.
@@ -76,9 +65,11 @@ impl Link {
     /// # Errors
     /// The device cannot be opened, or another program has it.
     pub fn serial(path: &str, baud: u32, timeout: Duration) -> Result<Self, Error> {
-        let serial = Serial::open(path, baud)?;
-        let is_alone = serial.is_alone();
-        Ok(Self::new(Kind::Serial(serial), is_alone, timeout))
+        let mut link = Self::new(Device::Serial(serial::open(path, baud)?), "serial", timeout);
+        if serial::is_alone(path) {
+            link.take_any();
+        }
+        Ok(link)
     }
 
     /// Connects to a TCP port that carries the bytes of a serial link. `timeout` is the longest wait for the connection, and
@@ -87,26 +78,23 @@ impl Link {
     /// # Errors
     /// Nobody takes the connection.
     pub fn tcp(address: &str, timeout: Duration) -> Result<Self, Error> {
-        Ok(Self::new(Kind::Tcp(Tcp::connect(address, timeout)?), false, timeout))
+        Ok(Self::new(Device::Tcp(tcp::open(address, timeout)?), "tcp", timeout))
     }
 
     /// The CAN bus behind an adapter to which this link leads. A frame is found by its identifier in any case.
     ///
     /// # Errors
     /// The adapter does not open its channel.
-    pub fn through_adapter(self) -> Result<Self, Error> {
-        let kind = match self.kind {
-            Kind::Serial(serial) => Slcan::open(serial.device).map(Kind::SlcanSerial),
-            Kind::Tcp(tcp) => Slcan::open(tcp.0).map(Kind::SlcanTcp),
-            adapter @ (Kind::SlcanSerial(_) | Kind::SlcanTcp(_)) => Ok(adapter),
-        };
-        let kind = kind.map_err(|error| Error(format!("the CAN adapter cannot be opened: {error}")))?;
-        Ok(Self::new(kind, false, self.timeout))
+    pub fn through_adapter(mut self) -> Result<Self, Error> {
+        let mut adapter = Slcan::default();
+        let opened = open_channel(&mut self.device, &mut adapter);
+        opened.map_err(|error| Error(format!("the CAN adapter cannot be opened: {error}")))?;
+        Ok(Link { framing: Box::new(adapter), name: CAN, ..self })
     }
 
     /// Takes the reply of any module from now on. Without this only a link to one module does, that of USB.
     pub fn take_any(&mut self) {
-        self.takes_any = true;
+        self.framing.take_any();
     }
 
     /// Has `tap` hear all that goes over the link from now on.
@@ -116,43 +104,20 @@ impl Link {
 
     /// What kind of link it is, in logs.
     pub fn name(&self) -> &'static str {
-        match &self.kind {
-            Kind::Serial(_) => "serial",
-            Kind::Tcp(_) => "tcp",
-            Kind::SlcanSerial(_) | Kind::SlcanTcp(_) => CAN,
-        }
-    }
-
-    fn ask(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let (timeout, takes_any, tap) = (self.timeout, self.takes_any, &mut *self.tap);
-        let question = || match u8::try_from(address) {
-            Ok(address) => Ok(Question { address, command, takes_any }),
-            Err(_) => Err(LinkError::Address),
-        };
-        match &mut self.kind {
-            Kind::Serial(serial) => {
-                let question = question()?;
-                serial.forget(tap)?;
-                converse(&mut serial.device, &question, timeout, tap)
-            }
-            Kind::Tcp(Tcp(stream)) => {
-                let question = question()?;
-                drop_stale(stream, tap);
-                converse(stream, &question, timeout, tap)
-            }
-            Kind::SlcanSerial(adapter) => adapter.ask(address, command, timeout, tap),
-            Kind::SlcanTcp(adapter) => adapter.ask(address, command, timeout, tap),
-        }
+        self.name
     }
 }
 
 impl Wire for Link {
     fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let reply = self.ask(address, command);
+        let Link { device, framing, timeout, tap, .. } = self;
+        drop_stale(device, framing.as_mut(), tap.as_mut());
+        device.flush_input()?;
+        let reply = converse(device, framing.as_mut(), (address, command), *timeout, tap.as_mut());
         if let Err(LinkError::NoReply { .. } | LinkError::Others { .. }) = reply {
-            self.tap.give_up();
+            tap.give_up();
         }
-        self.tap.check().map_err(LinkError::Log)?;
+        tap.check().map_err(LinkError::Log)?;
         reply
     }
 

@@ -5,67 +5,45 @@ use std::os::fd::AsFd;
 
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
-use rustix::termios::{OptionalActions, QueueSelector};
-use tmcl_tools::wire::{LinkError, Tap};
+use rustix::termios::OptionalActions;
 
-use super::exchange::drop_stale;
-use super::{Error, lost};
+use super::Error;
 use crate::claim;
 use crate::wording::words;
 
 /// Message about a device that another program has locked.
 const IN_USE: &str = "another program uses this port. End it, or wait for its end";
 
-/// An open serial device in raw, non-blocking mode, locked against other programs.
-#[derive(Debug)]
-pub(super) struct Serial {
-    pub(super) device: File,
-    /// It leads to one module, which answers whatever the address.
-    is_alone: bool,
+/// Opens a serial device in raw, non-blocking mode, locked against other programs.
+pub(super) fn open(path: &str, baud: u32) -> Result<File, Error> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let device = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
+        let hint = match error {
+            Errno::NOENT => ". Is the module connected? Or start a virtual one: tmcl sim --serial PATH",
+            Errno::BUSY => return Error(format!("{path}: {IN_USE}")),
+            Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
+            _ => "",
+        };
+        Error(format!("cannot open {path}: {}{hint}", words(error)))
+    })?;
+    let device = File::from(device);
+    if let Err(TryLockError::WouldBlock) = device.try_lock() {
+        return Err(Error(format!("{path}: {IN_USE}")));
+    }
+    configure(&device, baud).map_err(|error| {
+        Error(match error {
+            Errno::NOTTY => format!("{path} is not a serial device"),
+            Errno::INVAL => format!("{path} does not do {baud} baud"),
+            _ => format!("cannot set up {path}: {}", words(error)),
+        })
+    })?;
+    exclude_others(&device, path);
+    Ok(device)
 }
 
-impl Serial {
-    pub(super) fn open(path: &str, baud: u32) -> Result<Self, Error> {
-        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        let device = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
-            let hint = match error {
-                Errno::NOENT => ". Is the module connected? Or start a virtual one: tmcl sim --serial PATH",
-                Errno::BUSY => return Error(format!("{path}: {IN_USE}")),
-                Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
-                _ => "",
-            };
-            Error(format!("cannot open {path}: {}{hint}", words(error)))
-        })?;
-        let device = File::from(device);
-        if let Err(TryLockError::WouldBlock) = device.try_lock() {
-            return Err(Error(format!("{path}: {IN_USE}")));
-        }
-        configure(&device, baud).map_err(|error| {
-            Error(match error {
-                Errno::NOTTY => format!("{path} is not a serial device"),
-                Errno::INVAL => format!("{path} does not do {baud} baud"),
-                _ => format!("cannot set up {path}: {}", words(error)),
-            })
-        })?;
-        exclude_others(&device, path);
-        Ok(Serial { device, is_alone: is_alone(path) })
-    }
-
-    /// True if the device leads to one module, which answers whatever the address: it is that of USB, or the port of
-    /// `tmcl sim --serial`.
-    pub(super) fn is_alone(&self) -> bool {
-        self.is_alone
-    }
-
-    /// Throws away what has come: late replies to earlier requests.
-    pub(super) fn forget(&mut self, tap: &mut dyn Tap) -> Result<(), LinkError> {
-        drop_stale(&mut self.device, tap);
-        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(lost)
-    }
-}
-
-/// Whether a device leads to one module, which answers whatever the address.
-fn is_alone(path: &str) -> bool {
+/// Whether a device leads to one module, which answers whatever the address: it is that of USB, or the port of
+/// `tmcl sim --serial`.
+pub(super) fn is_alone(path: &str) -> bool {
     let device = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let is_usb = device.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"ttyACM"));
     is_usb || claim::is_usb(&device)

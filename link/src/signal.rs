@@ -72,16 +72,15 @@ impl EndSignal {
     pub fn is_interrupt(&self) -> bool {
         self.caught.load(Ordering::SeqCst) == SIGINT as usize
     }
-
-    /// Forgets the signals that have come so far.
-    pub fn forget(&mut self) {
-        let mut rings = [0; 64];
-        while self.bell.read(&mut rings).is_ok_and(|count| count > 0) {}
-        self.caught.store(0, Ordering::SeqCst);
-    }
 }
 
 impl Stop for EndSignal {
+    fn forget(&self) {
+        let mut rings = [0; 64];
+        while (&self.bell).read(&mut rings).is_ok_and(|count| count > 0) {}
+        self.caught.store(0, Ordering::SeqCst);
+    }
+
     /// Without a signal the descriptor has failed, and it is as if the user had ended the program.
     fn signal(&self) -> u8 {
         let signal = u8::try_from(self.caught.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0);

@@ -7,10 +7,6 @@ use std::time::Duration;
 use super::Error;
 use crate::wording::words;
 
-/// An open connection in non-blocking mode.
-#[derive(Debug)]
-pub(super) struct Tcp(pub(super) TcpStream);
-
 /// Connects to a port that `tmcl sim` offers with the option `offered_by`, and sends each write at once.
 ///
 /// # Errors
@@ -38,11 +34,10 @@ pub fn connect(address: &str, timeout: Duration, offered_by: &str) -> Result<Tcp
     Err(failed(last))
 }
 
-impl Tcp {
-    pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Error> {
-        let stream = connect(address, timeout, "--tcp")?;
-        let failed = |error: std::io::Error| Error(format!("cannot connect to {address}: {}", words(error)));
-        stream.set_nonblocking(true).map_err(failed)?;
-        Ok(Tcp(stream))
-    }
+/// Opens a connection in non-blocking mode.
+pub(super) fn open(address: &str, timeout: Duration) -> Result<TcpStream, Error> {
+    let stream = connect(address, timeout, "--tcp")?;
+    let failed = |error: std::io::Error| Error(format!("cannot connect to {address}: {}", words(error)));
+    stream.set_nonblocking(true).map_err(failed)?;
+    Ok(stream)
 }

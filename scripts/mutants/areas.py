@@ -24,7 +24,7 @@ AREAS = {
     "vm": Area(".", ("src/vm/*.rs",), ("program", "tmcm")),
     "device": Area(".", ("src/device/*.rs",), ("module", "motion", "several_axes", "tmcm", "canopen")),
     "drive": Area(".", ("src/canopen/drive/*.rs",), ("canopen", "tmcm")),
-    "tune": Area("cli", ("src/tune/*.rs",), ("program", "tmcl_cli"), ("tmcl-cli",)),
+    "tune": Area("tools", ("src/tune/*.rs",), ("tmcl_tools", "program"), ("tmcl-tools", "tmcl-cli")),
     "python": Area("python", ("src/**/*.py",), ("test_sim", "test_module", "test_time", "test_plugin")),
 }
 

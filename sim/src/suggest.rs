@@ -10,7 +10,7 @@ pub fn suggestion<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Strin
 
 /// The name closest to a word. One letter in four may be wrong; if no name is that close, the word may be an
 /// abbreviation.
-fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let letters = folded(word);
     if letters.len() > LONGEST {
         return None;

@@ -22,17 +22,34 @@ pub enum Error<'a> {
     OutOfRange(&'static Instruction, Field, &'a str),
 }
 
+impl Error<'_> {
+    /// The instruction whose usage helps, if there is one.
+    pub fn usage(&self) -> Option<&'static Instruction> {
+        match self {
+            Error::Empty | Error::UnknownMnemonic(_) => None,
+            Error::Missing(i, ..) | Error::Unexpected(i, ..) | Error::BadOperand(i, ..) | Error::OutOfRange(i, ..) => {
+                Some(i)
+            }
+        }
+    }
+}
+
+/// The message for the user; in its alternate form (`{:#}`) without the usage behind it.
 impl fmt::Display for Error<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::Empty => write!(f, "no command; try GAP 1, 0"),
-            Error::UnknownMnemonic(word) => write!(f, "unknown command '{word}'"),
-            Error::Missing(i, field) => write!(f, "{}: missing {}; usage: {i}", i.mnemonic, FieldName(*field)),
-            Error::Unexpected(i, word) => write!(f, "{}: '{word}' is one operand too many; usage: {i}", i.mnemonic),
+            Error::Empty => write!(f, "no command; try GAP 1, 0")?,
+            Error::UnknownMnemonic(word) => write!(f, "unknown command '{word}'")?,
+            Error::Missing(i, field) => write!(f, "{}: missing {}", i.mnemonic, FieldName(*field))?,
+            Error::Unexpected(i, word) => write!(f, "{}: '{word}' is one operand too many", i.mnemonic)?,
             Error::BadOperand(i, _, word) => {
-                write!(f, "{}: '{word}' is neither a number nor a known name; usage: {i}", i.mnemonic)
+                write!(f, "{}: '{word}' is neither a number nor a known name", i.mnemonic)?;
             }
-            Error::OutOfRange(i, _, word) => write!(f, "{}: {word} is out of range; usage: {i}", i.mnemonic),
+            Error::OutOfRange(i, _, word) => write!(f, "{}: {word} is out of range", i.mnemonic)?,
+        }
+        match self.usage().filter(|_| !f.alternate()) {
+            Some(usage) => write!(f, "; usage: {usage}"),
+            None => Ok(()),
         }
     }
 }

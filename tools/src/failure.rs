@@ -7,6 +7,8 @@ use std::fmt;
 pub enum Failure {
     /// It cannot be done: the message for the user.
     Failed(String),
+    /// What was asked for contradicts itself, or is no number of the module: the message for the user.
+    Arguments(String),
     /// It has been asked to end.
     Interrupted {
         /// The number of the signal, as [`Stop::signal`](crate::stop::Stop::signal) has it.
@@ -18,7 +20,7 @@ pub enum Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Failure::Failed(message) | Failure::Interrupted { message, .. }) = self;
+        let (Failure::Failed(message) | Failure::Arguments(message) | Failure::Interrupted { message, .. }) = self;
         f.write_str(message)
     }
 }

@@ -11,8 +11,11 @@
 //! * [`params`] - a module's settings: in tables, in files, and the differences between them
 //! * [`monitor`] - samples of axes, in rows and in lines
 //! * [`request`] - commands as users type them; [`replies`] - what a module says to them
+//! * [`scan`] - the modules on a link
+//! * [`shell`] - direct mode: lines, what there is to tell, and a motor that moves while a key is held
 //! * [`run`] - a program on a virtual module, in virtual time
 //! * [`calc`] - speeds, accelerations, times and currents in the units of a product
+//! * [`tune`] - settings of stallGuard2 and coolStep by measurement
 //! * [`eds`] - the objects of the CANopen firmware as a file for masters
 //! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
 //! * [`svg`] - images of curves
@@ -37,10 +40,13 @@ pub mod progress;
 pub mod replies;
 pub mod request;
 pub mod run;
+pub mod scan;
+pub mod shell;
 pub mod shown;
 pub mod slcan;
 pub mod sources;
 pub mod stop;
 pub mod suggest;
 pub mod svg;
+pub mod tune;
 pub mod wire;

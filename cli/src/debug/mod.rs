@@ -67,7 +67,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     // Until the link is open, Ctrl-C ends the program at once: looking for a host may take long.
     let mut module = options.program.reach.open()?;
-    let mut signal = EndSignal::watch()?;
+    let signal = EndSignal::watch()?;
     let program = read_program(file, module.product()?)?;
     if options.attach {
         // A program that is protected from being read cannot be compared with the file.
@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     let mut debugger = Debugger::new(&mut module, file.clone(), program)?;
     let mut input = Editor::open(Completion { names: debugger.names() })?;
-    let done = converse(&mut debugger, &mut input, &mut signal);
+    let done = converse(&mut debugger, &mut input, &signal);
     if let Err(Failure::Failed(_) | Failure::Closed) = done {
         return done;
     }
@@ -102,11 +102,7 @@ fn reread(file: &Path, product: Option<Product>) -> Result<Program, String> {
 
 /// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before the
 /// first one is where the program is.
-fn converse(
-    debugger: &mut Debugger<'_>,
-    input: &mut Editor<Completion>,
-    signal: &mut EndSignal,
-) -> Result<(), Failure> {
+fn converse(debugger: &mut Debugger<'_>, input: &mut Editor<Completion>, signal: &EndSignal) -> Result<(), Failure> {
     let mut out = tell::out();
     let is_terminal = input.is_terminal();
     let prompt = if is_terminal { "(tmcl) " } else { "" };
@@ -149,7 +145,7 @@ fn converse(
             Ok(Some(Action::Quit)) => break,
             Ok(Some(action)) => {
                 last = Some(action.again());
-                let mut around = Around { stop: &*signal, read: &mut reread, progress: &mut progress::bar() };
+                let mut around = Around { stop: signal, read: &mut reread, progress: &mut progress::bar() };
                 debugger.act(action, &mut around)
             }
             Ok(None) => Ok(Told::Nothing),

@@ -1,17 +1,22 @@
 //! `tmcl load`: a program into a module.
 
 mod options;
-mod transfer;
 mod watch;
+
+use std::cell::RefCell;
+use std::io::Write;
 
 use tmcl_link::EndSignal;
 use tmcl_tools::asm::Settings;
+use tmcl_tools::conversation::Conversation;
+use tmcl_tools::program::{Program, Transfer, fits, transfer};
 
 use crate::failure::Failure;
 use crate::files::is_standard;
 use crate::program::read_program;
+use crate::progress::Bar;
+use crate::tell;
 pub use options::Options;
-use transfer::{fit, load};
 
 /// Loads a program; compares, stores the autostart and starts the program if the options say so.
 pub fn run(options: &Options) -> Result<(), Failure> {
@@ -33,6 +38,27 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.watch {
         return watch::run(&mut module, settings, options, &signal);
     }
-    let program = fit(read_program(&options.program.file, settings)?, settings)?;
+    let program = read_program(&options.program.file, settings)?;
+    check(&program, settings)?;
     load(&mut module, &program, options, &signal)
+}
+
+/// Refuses a program that has no room; warnings about it are printed.
+fn check(program: &Program, settings: Settings) -> Result<(), Failure> {
+    if let Some(warning) = fits(program, settings)? {
+        // A closed standard error does not end the program.
+        let _ = tell::warning(warning);
+    }
+    Ok(())
+}
+
+/// Puts a program into the module, and does what the options say then.
+fn load(module: &mut Conversation, program: &Program, options: &Options, signal: &EndSignal) -> Result<(), Failure> {
+    let Options { at, verify, autostart, run, .. } = *options;
+    let wanted = Transfer { at, verify, autostart, run };
+    let bar = RefCell::new(Bar::default());
+    transfer(module, program, wanted, signal, &mut |told| bar.borrow_mut().tell(told), |done| {
+        bar.borrow_mut().pause();
+        Ok(writeln!(tell::out(), "{done}")?)
+    })
 }

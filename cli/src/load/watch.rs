@@ -11,7 +11,7 @@ use tmcl_tools::conversation::Conversation;
 use tmcl_tools::stop::Stop;
 
 use super::options::Options;
-use super::transfer::{fit, load};
+use super::{check, load};
 use crate::failure::{Ended, Failure};
 use crate::program::read_watched;
 use crate::tell;
@@ -74,7 +74,7 @@ pub(super) fn run(
         watched.add([path.clone()]);
         let (program, files) = read_watched(path, settings);
         watched.add(files);
-        match program.and_then(|program| fit(program, settings)) {
+        match program.and_then(|program| check(&program, settings).map(|()| program)) {
             Ok(program) => load(module, &program, options, signal)?,
             Err(failure) => {
                 let message = failure.message().map_or_else(String::new, |message| format!("tmcl: {message}\n"));

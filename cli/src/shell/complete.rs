@@ -2,9 +2,9 @@
 
 use tmcl_tools::asm;
 use tmcl_tools::product::Product;
+use tmcl_tools::shell::WORDS;
 use tmcm::tmcl::{Field, Instruction, Opcode};
 
-use super::action::WORDS;
 use crate::terminal::editor::{Complete, begins, word};
 
 /// The words that can be typed to a module of a product.

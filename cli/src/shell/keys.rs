@@ -1,17 +1,6 @@
 //! The keys of a jog: arrows, and anything else.
 
-/// What a key asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Key {
-    /// The left arrow.
-    Left,
-    /// The right arrow.
-    Right,
-    /// Space.
-    Stop,
-    /// Any other key.
-    Other,
-}
+use tmcl_tools::shell::Key;
 
 /// Begins the bytes of a key that is no character.
 const ESCAPE: u8 = 0x1B;

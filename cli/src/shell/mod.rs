@@ -1,34 +1,26 @@
 //! `tmcl shell`: a module's direct mode for somebody at a terminal.
 //!
-//! * `action` - what a line asks for
 //! * `complete` - what the Tab key completes
-//! * `state` - what there is to tell, as values
-//! * `text` - its text
 //! * `watch` - parameters that are read again and again
 //! * `jog` - a motor that moves while a key is held
-//! * `fuel` - how far it goes on by a key
-//! * `keys` - the keys
-//! * `owed` - what a jog has changed and not put back
+//! * `keys` - the keys, of what a terminal sends
 
-mod action;
 mod complete;
-mod fuel;
 mod jog;
 mod keys;
-mod owed;
-mod state;
-mod text;
 mod watch;
 
 use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
+use complete::Words;
 use tmcl_link::EndSignal;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::product::Product;
 use tmcl_tools::replies;
 use tmcl_tools::request::Request;
+use tmcl_tools::shell::{Action, Owed, State, text};
 use tmcl_tools::stop::Stop;
 use tmcm::tmcl::{Command, Opcode};
 
@@ -38,10 +30,6 @@ use crate::reach::Reach;
 use crate::tell;
 use crate::terminal;
 use crate::terminal::editor::{Editor, Input};
-use action::Action;
-use complete::Words;
-use owed::Owed;
-pub use state::{JogEnd, Left, State, Watched};
 
 /// Talk to a module at a terminal: commands and their replies, parameters that are watched, a motor moved by keys
 ///
@@ -87,7 +75,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let is_simulated = options.reach.link == LinkTarget::Simulated;
     let mut shell = Shell { module, signal, is_simulated, interactive: editor.is_terminal(), owed: None };
     if shell.interactive {
-        shell.tell(&State::Connected { module: format!("TMCM-{}", identity.number) })?;
+        tell(&State::Connected { module: format!("TMCM-{}", identity.number) })?;
     }
     let ended = shell.converse(&mut editor, identity.product);
     shell.put_back().and(ended)
@@ -138,7 +126,7 @@ impl Shell {
             Ok(()) => {
                 self.owed = None;
                 let state = State::PutBack { axis: owed.axis, speed: owed.speed };
-                self.tell(&state).or_else(|failure| self.unless_ending(failure))
+                tell(&state).or_else(|failure| self.unless_ending(failure))
             }
             // That it is not what it was has been told when the jog ended.
             Err(_) => Ok(()),
@@ -152,17 +140,17 @@ impl Shell {
         }
         match action {
             Action::Nothing | Action::Quit => Ok(true),
-            Action::Help => self.tell(&State::Help).map(|()| true),
+            Action::Help => tell(&State::Help).map(|()| true),
             Action::Send { command, numeric } => match replies::ask(&mut self.module, Request { command, numeric }) {
                 Ok(meaning) => {
                     let done = meaning.done;
                     let state = State::Answered { command: command.to_string(), answer: meaning.text, done };
-                    self.tell(&state).map(|()| done)
+                    tell(&state).map(|()| done)
                 }
                 Err(error) => self.wrong(error.to_string()),
             },
             Action::Watch { axis, parameters } => match watch::watch(self, axis, &parameters) {
-                Ok(state) => state.map_or(Ok(()), |state| self.tell(&state)).map(|()| true),
+                Ok(state) => state.map_or(Ok(()), |state| tell(&state)).map(|()| true),
                 Err(Failure::Failed(message)) => self.wrong(message),
                 Err(failure) => Err(failure),
             },
@@ -170,23 +158,16 @@ impl Shell {
                 self.wrong("jog needs a terminal, because the motor moves only while a key is held there".into())
             }
             Action::Jog { axis, speed } => match jog::jog(self, axis, speed) {
-                Ok(state) => self.tell(&state).or_else(|failure| self.unless_ending(failure)).map(|()| true),
+                Ok(state) => tell(&state).or_else(|failure| self.unless_ending(failure)).map(|()| true),
                 Err(Failure::Failed(message)) => self.wrong(message),
                 Err(failure) => Err(failure),
             },
         }
     }
 
-    /// Prints a state.
-    fn tell(&self, state: &State) -> Result<(), Failure> {
-        let mut out = tell::out();
-        writeln!(out, "{}", text::text(state))?;
-        Ok(out.flush()?)
-    }
-
     /// Tells what is wrong; gives false, because nothing was done.
     fn wrong(&self, message: String) -> Result<bool, Failure> {
-        writeln!(tell::err(), "tmcl: {}", text::text(&State::Wrong { message }))?;
+        writeln!(tell::err(), "tmcl: {}", text(&State::Wrong { message }))?;
         Ok(false)
     }
 
@@ -203,7 +184,14 @@ impl Shell {
     }
 }
 
+/// Prints a state.
+fn tell(state: &State) -> Result<(), Failure> {
+    let mut out = tell::out();
+    writeln!(out, "{}", text(state))?;
+    Ok(out.flush()?)
+}
+
 /// Draws a line of the terminal anew, cut to its width; the cursor stays on it.
 fn redraw(line: &str) -> Result<(), Failure> {
-    Ok(tell::out().redraw(&text::fitting(line, terminal::columns()))?)
+    Ok(tell::out().redraw(&terminal::fitting(line, terminal::columns()))?)
 }

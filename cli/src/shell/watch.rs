@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
+use tmcl_tools::shell::{State, Watched, text};
 use tmcm::tmcl::{Command, Opcode};
 
-use super::state::{State, Watched};
 use super::{Shell, redraw};
 use crate::failure::Failure;
 use crate::tell;
@@ -22,7 +22,7 @@ pub(super) fn watch(shell: &mut Shell, axis: u8, parameters: &[(String, u8)]) ->
     }
     let mut raw = Raw::begin()?;
     let ended = loop {
-        redraw(&super::text::text(&last))?;
+        redraw(&text(&last))?;
         let begun = Instant::now();
         let keys = raw.keys(INTERVAL, &shell.signal);
         shell.pass(begun.elapsed());

@@ -19,3 +19,25 @@ pub fn columns() -> usize {
 pub fn is_interactive() -> bool {
     std::io::stdin().is_terminal() && std::io::stdout().is_terminal()
 }
+
+/// A line that fits a terminal with so many columns.
+pub fn fitting(line: &str, columns: usize) -> String {
+    const CUT: &str = "...";
+    let most = columns.saturating_sub(1);
+    if line.chars().count() <= most {
+        return line.into();
+    }
+    let kept: String = line.chars().take(most.saturating_sub(CUT.len())).collect();
+    kept + CUT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_cut_where_the_terminal_ends() {
+        assert_eq!(fitting("position 5", 11), "position 5");
+        assert_eq!(fitting("position 5", 10), "positi...");
+    }
+}

@@ -1,14 +1,14 @@
 //! Questions to the user, and lines from standard input that are waited for while the motor turns.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use tmcl_link::EndSignal;
 use tmcl_link::poll::readable;
 use tmcl_link::wording::words;
+use tmcl_tools::failure::Failure;
 use tmcl_tools::stop::Stop;
 
-use crate::failure::{Ended, Failure};
 use crate::tell;
 
 /// Time between two looks for a signal.
@@ -26,7 +26,7 @@ pub(super) fn consent(question: &str, signal: &EndSignal) -> Result<(), Failure>
             };
         }
         if signal.within(LOOK) {
-            return Err(signal.failure(""));
+            return Err(signal.interrupted(""));
         }
     }
 }
@@ -46,7 +46,7 @@ impl Lines {
     /// Tells the user something. It goes to standard error, which is not part of the result.
     pub(super) fn say(&self, text: &str) {
         // A closed standard error must not end a measurement.
-        let _ = writeln!(tell::err(), "{text}");
+        let _ = tell::line(text);
     }
 
     /// Whether the user has confirmed what was asked for: with Enter, or yes.

@@ -1,52 +1,31 @@
 //! `tmcl tune`: measures what stallGuard2 and coolStep make of a motor, and proposes their settings.
 //!
-//! * `bench` - the axis, and what is put back in the end
-//! * `track`, `plan` - where the motor goes, at which speeds, and for how long
-//! * `drive`, `watch`, `stats` - samples at constant speed
-//! * `brake`, `ask` - what loads the motor, and the user
-//! * `stallguard`, `coolstep` - the two measurements, and what is proposed
-//! * `measurement` - what both measurements have in common
-//! * `found`, `table`, `proposal`, `plot` - what is shown
+//! * `ask` - questions to the user
+//! * `hand`, `control` - what loads the motor: the user, or the control port of a virtual module
+//! * `room` - the progress bar, which makes room for them
 
 mod ask;
-mod bench;
-mod brake;
-mod coolstep;
-mod drive;
-mod found;
-mod measurement;
-mod plan;
-mod plot;
-mod proposal;
-mod stallguard;
-mod stats;
-mod table;
-mod track;
-mod watch;
+mod control;
+mod hand;
+mod room;
 
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::PathBuf;
-use std::time::Duration;
 
-use bench::Bench;
-use brake::Brake;
 use clap::{Args, Subcommand};
-use drive::Drive;
-use found::{Found, Subject};
-use measurement::Measurement;
-use plan::{Cruise, Setup};
+use control::ControlPort;
+use hand::Hand;
+use room::WithRoom;
 use tmcl_link::EndSignal;
 use tmcl_server::worlds::read_world;
-use tmcm::param::AxisParameter as P;
-use tmcm::tmcl::{Command, Opcode};
-use tmcm::vm::ProgramState;
-use track::{Room, Track};
-use watch::Method;
+use tmcl_tools::product::Product;
+use tmcl_tools::tune::{self, Brake, Found, Order, Tuning, Way, World, wrapped};
 
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::output::Output;
-use crate::progress::Progress;
+use crate::progress::Bar;
 use crate::reach::Reach;
 use crate::tell;
 use crate::terminal;
@@ -155,187 +134,73 @@ impl What {
         }
     }
 
-    fn name(&self) -> &'static str {
-        match self {
-            What::Stallguard(_) => "stallGuard2",
-            What::Coolstep { .. } => "coolStep",
-        }
+    /// What the library is to measure in this product.
+    fn order(&self, product: Product) -> Result<Order, Failure> {
+        let common = self.common();
+        let way = match (common.room, &common.reach.surroundings.world) {
+            (Some(microsteps), _) => Way::Microsteps(microsteps),
+            (None, Some(world)) => Way::World(Box::new(read_world(world, product)?)),
+            (None, None) => Way::Any,
+        };
+        let what = match self {
+            What::Stallguard(_) => tune::What::Stallguard,
+            What::Coolstep { threshold, .. } => tune::What::Coolstep { threshold: *threshold },
+        };
+        Ok(Order { what, axis: common.axis, speeds: common.speeds.clone(), way, steps: common.steps })
     }
 }
 
 /// Measures and shows what was found.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let what = &options.what;
-    let common = what.common();
+    let common = options.what.common();
     let is_simulated = common.reach.link == LinkTarget::Simulated;
-    if !is_simulated && !common.yes && !ask::can_ask() {
+    let asks = !is_simulated && !common.yes;
+    if asks && !ask::can_ask() {
         return Err(Failure::Arguments(
             "the motor is going to move, and nobody can be asked without a terminal: if it may, give --yes".into(),
         ));
     }
     // From here on a signal leaves nothing behind, also not the beginning of an image.
-    let mut signal = EndSignal::watch()?;
+    let signal = EndSignal::watch()?;
     let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
     let mut module = common.reach.open()?;
     let product = module.known_product()?;
-    let mut bench = Bench::new(module, &common.reach, &mut signal, product, common.axis);
-    check(&mut bench)?;
-    let setup = Setup::read(&mut bench, common.steps)?;
-    let cruises = setup.cruises(&common.speeds)?;
-    let current = bench.get(P::MaximumCurrent)?;
-    let method = match what {
-        What::Stallguard(_) => stallguard::METHOD,
-        What::Coolstep { .. } => coolstep::method(current),
+    let order = options.what.order(product)?;
+    let mut reopen = || common.reach.open().ok();
+    let tuning = Tuning::prepare(module, product, &order, &mut reopen, &signal)?;
+    let brake: Box<dyn Brake> = match (&common.control, is_simulated) {
+        (Some(address), _) => Box::new(ControlPort::connect(address, common.axis, common.load)?),
+        (None, true) => Box::new(World::new(common.load)),
+        (None, false) => Box::new(Hand::default()),
     };
-    let latency = latency(&mut bench)?;
-    let track = track(&mut bench, common, &setup, &cruises, method, latency)?;
-    let brake = match (&common.control, is_simulated) {
-        (Some(address), _) => Brake::control(address, common.axis, common.load)?,
-        (None, true) => Brake::World { load: common.load, before: 0.0 },
-        (None, false) => Brake::Hand(ask::Lines::default()),
-    };
-    let readings = match what {
-        What::Stallguard(_) => stallguard::READINGS,
-        What::Coolstep { .. } => coolstep::READINGS,
-    };
-    let each = readings.0 + readings.1;
-    let time = cruises.iter().map(|cruise| setup.time(cruise, method, each, track.way(), latency)).sum();
-    announce(what, &track, &setup, time, common)?;
-    if !is_simulated && !common.yes {
-        ask::consent("May the motor move?", bench.signal)?;
+    for line in wrapped(&tuning.announcement(), terminal::columns()) {
+        // A closed standard error must not keep the motor from being measured.
+        let _ = writeln!(tell::err(), "{line}");
     }
-
-    let progress = Progress::new(format!("measuring {}", what.name()), each as usize * cruises.len());
-    let drive = Drive::new(&mut bench, track, setup.microsteps);
-    let mut measurement = Measurement::new(drive, cruises, brake, progress);
-    let found = match what {
-        What::Stallguard(_) => stallguard::measure(&mut measurement).map(Found::Stallguard),
-        What::Coolstep { threshold, .. } => coolstep::measure(&mut measurement, *threshold, current)
-            .map(|(speeds_tried, choice)| Found::Coolstep { speeds_tried, choice, threshold: *threshold, current }),
-    };
-    let (mut brake, load) = measurement.end();
-    if found.is_err() {
-        brake.let_go(common.axis);
+    if asks {
+        ask::consent("May the motor move?", &signal)?;
     }
-    let found = match found {
-        Ok(found) => bench.bring_back(track.home).map(|()| found),
-        Err(failure @ Failure::Failed(_)) if bench.answers() => {
-            // Why the measurement has failed counts, and not why the motor does not come back: where it stands is told.
-            let _ = bench.bring_back(track.home);
-            Err(failure)
-        }
-        Err(failure) => Err(failure),
-    };
-    let found = put_back(&mut bench, &track, found)?;
-    found.show(&Subject { product, axis: common.axis, load, unit: setup.live.unit() }, plot)
+    let bar = RefCell::new(Bar::default());
+    let mut brake = WithRoom { brake, bar: &bar };
+    let found = tuning.measure(&mut brake, &mut |told| bar.borrow_mut().tell(told));
+    drop(bar);
+    show(&found?, plot)
 }
 
-/// Fails if the motor turns, or a program could move it.
-fn check(bench: &mut Bench<'_>) -> Result<(), Failure> {
-    let axis = bench.axis;
-    if let Some(message) = bench.module.no_such_axis(axis)? {
-        return Err(Failure::Failed(message));
+/// Shows what was found on standard output, and draws it. Where the image goes to standard output, the rest goes to standard
+/// error.
+fn show(found: &Found, plot: Option<Output>) -> Result<(), Failure> {
+    let text = found.text(terminal::columns());
+    match plot.as_ref().is_some_and(Output::is_standard) {
+        // A closed standard error does not keep the image from being drawn.
+        true => tell::err().write_all(text.as_bytes()).unwrap_or_default(),
+        false => tell::out().write_all(text.as_bytes()).and_then(|()| tell::out().flush())?,
     }
-    if bench.get(P::ActualSpeed)? != 0 {
-        return Err(Failure::Failed(format!("motor {axis} turns; stop it first, for example with \"MST {axis}\"")));
+    if let Some(mut plot) = plot {
+        plot.write_all(found.svg().as_bytes())?;
+        plot.finish()?;
     }
-    let ask = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-    match bench.module.value(ask) {
-        Ok(status) if status.to_be_bytes().first() == Some(&(ProgramState::Run as u8)) => Err(Failure::Failed(
-            "a program runs in the module and could move the motor; stop it first, for example with 128, 0, 0, 0"
-                .into(),
-        )),
-        Err(error) if !error.is_refusal() => Err(error.into()),
-        _ => Ok(()),
-    }
-}
-
-/// How long a sample takes: it is made of so many requests.
-fn latency(bench: &mut Bench<'_>) -> Result<Duration, Failure> {
-    const REQUESTS: u32 = 4;
-    let begun = bench.module.time();
-    for _ in 0..REQUESTS {
-        bench.get(P::ActualSpeed)?;
-    }
-    Ok(bench.module.time().saturating_sub(begun))
-}
-
-/// The track on which the motor is measured.
-fn track(
-    bench: &mut Bench<'_>,
-    common: &Common,
-    setup: &Setup,
-    cruises: &[Cruise],
-    method: Method,
-    latency: Duration,
-) -> Result<Track, Failure> {
-    let need = setup.need(cruises, method, latency);
-    let room = match (common.room, &common.reach.surroundings.world) {
-        (Some(microsteps), _) => Room::named(microsteps),
-        (None, Some(world)) => {
-            let world = read_world(world, bench.product)?;
-            Room::of_world(&world, usize::from(bench.axis), f64::from(setup.microsteps))
-        }
-        (None, None) => Room::default(),
-    };
-    let track = room.track(bench.get(P::ActualPosition)?, &need);
-    if !track.is_enough(&need) {
-        return Err(Failure::Failed(format!(
-            "the motor needs {:.0} microsteps to reach its speed, be measured and stop, and has room for {:.0}: give it more \
-             with --room, or measure at lower speeds",
-            need.least().ceil(),
-            track.way()
-        )));
-    }
-    Ok(track)
-}
-
-/// Says what is going to happen.
-fn announce(what: &What, track: &Track, setup: &Setup, time: Duration, common: &Common) -> Result<(), Failure> {
-    let turns = track.way() / f64::from(setup.microsteps) / f64::from(common.steps);
-    let Track { low, high, home } = track;
-    let text = format!(
-        "To measure {}, motor {} goes to and fro between {low} and {high}, which are {turns:.1} turns, for {}; it is at {home} \
-         now and comes back.",
-        what.name(),
-        common.axis,
-        track::about(time)
-    );
-    let mut told = Vec::new();
-    table::text(&mut told, &text, terminal::columns())?;
-    // A closed standard error must not keep the motor from being measured.
-    let _ = tell::err().write_all(&told);
-    Ok(())
-}
-
-/// Stops the motor and puts everything back. A failure is told with what the user has to know besides.
-fn put_back<T>(bench: &mut Bench<'_>, track: &Track, found: Result<T, Failure>) -> Result<T, Failure> {
-    let left = bench.restore();
-    let also = if !left.is_empty() {
-        let left: Vec<String> = left.iter().map(ToString::to_string).collect();
-        format!(
-            "the module could not be told to go back to how it was; when it answers again, send {}",
-            left.join("; ")
-        )
-    } else {
-        match bench.whereabouts() {
-            Some(here) if here != track.home && !bench.is_simulated() => {
-                let (axis, home) = (bench.axis, track.home);
-                format!(
-                    "all settings are as before, and the motor stands at {here}; MVP ABS, {axis}, {home} brings it back"
-                )
-            }
-            _ => "all settings are as before".into(),
-        }
-    };
-    match (found, left.is_empty()) {
-        (Ok(found), true) => Ok(found),
-        (Ok(_), false) => Err(Failure::Failed(also)),
-        (Err(Failure::Failed(message)), _) => Err(Failure::Failed(format!("{message}; {also}"))),
-        (Err(Failure::Interrupted { signal, .. }), _) => Err(Failure::Interrupted { signal, message: also }),
-        (Err(failure), true) => Err(failure),
-        (Err(_), false) => Err(Failure::Failed(also)),
-    }
+    found.proposals().map(|_| ()).map_err(Failure::Failed)
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ mod image;
 mod image_canopen;
 mod image_hosts;
 mod image_sisters;
+mod library;
 mod link_faults;
 mod links;
 mod load;

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tmcm::tmcl::{Command, Instruction, Opcode, text};
-use tmcm_sim::suggest::suggestion;
 
 use super::check;
 use super::diagnostic::{Diagnostic, Diagnostics, SHOWN, Severity};
 use super::encode;
 use super::expression::evaluate;
 use super::include;
+use super::message::Message;
 use super::settings::Settings;
 use super::source::{Problem, Source};
 use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
@@ -94,9 +94,10 @@ pub struct Watched {
 pub fn assemble_file(sources: &dyn Sources, path: &Path, settings: impl Into<Settings>) -> Watched {
     match Source::read(sources, path) {
         Ok(source) => assemble(sources, source, settings.into()),
-        Err(message) => {
-            Watched { result: Err(Diagnostics(vec![Diagnostic::without_location(message)])), files: vec![path.into()] }
-        }
+        Err(message) => Watched {
+            result: Err(Diagnostics(vec![Diagnostic::without_location(message.into())])),
+            files: vec![path.into()],
+        },
     }
 }
 
@@ -289,13 +290,13 @@ impl Assembler<'_> {
 
     /// The source that an `#include` names: a file beside the including file, or a built-in file. `None` for a
     /// built-in file that has been included already.
-    fn find(&mut self, line: usize, name: &str) -> Result<Option<Source>, String> {
+    fn find(&mut self, line: usize, name: &str) -> Result<Option<Source>, Message> {
         self.files += 1;
         if self.open.len() >= DEEPEST {
-            return Err(format!("files include each other more than {DEEPEST} deep"));
+            return Err(format!("files include each other more than {DEEPEST} deep").into());
         }
         if self.files > MOST_FILES {
-            return Err(format!("more than {MOST_FILES} files are included"));
+            return Err(format!("more than {MOST_FILES} files are included").into());
         }
         // Sources written on Windows have backslashes in their paths.
         let relative = name.replace('\\', "/");
@@ -312,17 +313,20 @@ impl Assembler<'_> {
             self.wanted.push(path.clone());
         }
         if self.open.contains(&self.sources.canonical(&path)) {
-            return Err(format!("{} includes itself", path.display()));
+            return Err(format!("{} includes itself", path.display()).into());
         }
         let hint = match self.product {
             _ if self.sources.exists(&path) => "",
-            Some(_) => "; TMCLParam.tmc and Interrupts.inc are built in",
+            Some(_) => "TMCLParam.tmc and Interrupts.inc are built in",
             None if include::is_built_in(name) => {
-                "; it is built in for the modules that are known here: --product NAME takes this one for one of them"
+                "it is built in for the modules that are known here: --product NAME takes this one for one of them"
             }
             None => "",
         };
-        Source::read(self.sources, &path).map(Some).map_err(|message| message + hint)
+        Source::read(self.sources, &path).map(Some).map_err(|words| match hint {
+            "" => Message::new(words),
+            hint => Message::new(words).advise(hint),
+        })
     }
 
     /// Evaluates the constants in their order. A constant may use all labels, and the constants above it.
@@ -364,12 +368,12 @@ impl Assembler<'_> {
                 && self.errors == 0
                 && let Some((line, last)) = self.commands.last()
             {
-                let message = format!(
-                    "the program is too long: with the STOP behind this it has {} commands, and {}; make STOP the last, \
-                     or write #nostop",
+                let message = Message::new(format!(
+                    "the program is too long: with the STOP behind this it has {} commands, and {}",
                     commands.len() + 1,
                     self.room_in_words()
-                );
+                ))
+                .advise("make STOP the last, or write #nostop");
                 let (line, problem) = (*line, Problem::new(last.span, message));
                 self.error(line, problem);
             }
@@ -397,7 +401,7 @@ impl Assembler<'_> {
 }
 
 /// Message about a word that is no mnemonic.
-pub(super) fn unknown_command(word: &str) -> String {
+pub(super) fn unknown_command(word: &str) -> Message {
     let mnemonics = Instruction::all().map(|i| i.mnemonic).filter(|mnemonic| !mnemonic.is_empty());
-    format!("{}{}", text::Error::UnknownMnemonic(word), suggestion(word, mnemonics))
+    Message::from(text::Error::UnknownMnemonic(word)).suggest(word, mnemonics)
 }

@@ -8,6 +8,7 @@ use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_
 use tmcm::tmcl::{ALL_AXES, AxisSet, Command, FIRST_SET, Field, Instruction, MotorField, Opcode};
 use tmcm_sim::wire::names::Named;
 
+use super::message::Message;
 use crate::product::parameter;
 use crate::program::target;
 
@@ -37,7 +38,7 @@ pub(super) enum Part {
 
 /// The warnings for a command of a program that has these addresses, for this product; for one that is not known, `None`,
 /// those that hold for every module.
-pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<usize>) -> Vec<(Part, String)> {
+pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<usize>) -> Vec<(Part, Message)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
     if !instruction.program {
@@ -45,7 +46,7 @@ pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<u
     }
     if let Some(spec) = spec.filter(|spec| spec.lacks.contains(&opcode)) {
         let message = format!("a {} has no {}, and skips it", spec.usb, instruction.mnemonic);
-        return vec![(Part::Number, message)];
+        return vec![(Part::Number, message.into())];
     }
     let of_product = spec.map(|spec| {
         [kind(spec, command, opcode), motor(spec, command, opcode, instruction), value(spec, command, opcode)]
@@ -57,43 +58,45 @@ pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<u
 /// Why a module of this product has no such motor, bank or set of axes; `None` where it has.
 pub fn no_such_motor(spec: &Spec, command: Command) -> Option<String> {
     let opcode = Opcode::from_number(command.opcode)?;
-    motor(spec, command, opcode, opcode.instruction()).map(|(_, message)| message)
+    motor(spec, command, opcode, opcode.instruction()).map(|(_, message)| message.to_string())
 }
 
 /// Warnings for an unknown command number. Number 0 has none: it ends a program, and some hosts use it for that.
-fn unknown(number: u8) -> Vec<(Part, String)> {
+fn unknown(number: u8) -> Vec<(Part, Message)> {
     let message = match number {
         0 => return Vec::new(),
         Command::FIRST_CONTROL.. => {
             format!("command {number} cannot be in a program: a module carries it out while the program is loaded")
+                .into()
         }
-        _ => format!("there is no command {number}; a module skips it"),
+        _ => Message::new(format!("there is no command {number}")).advise("a module skips it"),
     };
     vec![(Part::Number, message)]
 }
 
 /// A type of which the command has none.
-fn named(command: Command, instruction: &Instruction) -> Option<(Part, String)> {
+fn named(command: Command, instruction: &Instruction) -> Option<(Part, Message)> {
     let number = command.kind;
     let Some(Field::Named(names)) = instruction.fields.first() else { return None };
     let message = || format!("{} has no type {number}, only {}", instruction.mnemonic, names.join(", "));
-    names.get(usize::from(number)).is_none().then(|| (Part::Kind, message()))
+    names.get(usize::from(number)).is_none().then(|| (Part::Kind, message().into()))
 }
 
 /// A constant that makes no sense on any module.
-fn constant(command: Command, opcode: Opcode) -> Option<(Part, String)> {
+fn constant(command: Command, opcode: Opcode) -> Option<(Part, Message)> {
     let message = match (opcode, command.kind, command.value) {
         (Opcode::Calc, DIV, 0) => "this divides by 0: a module goes on with 0 in the accumulator".into(),
         (Opcode::Calc, MOD, 0) => "this divides by 0: a module leaves the accumulator as it is".into(),
-        (Opcode::Wait, _, time) if time < 0 && time != FROM_ACCUMULATOR => format!(
-            "a time cannot be negative: with {time} this has no effect; {FROM_ACCUMULATOR} is the time in the accumulator"
-        ),
+        (Opcode::Wait, _, time) if time < 0 && time != FROM_ACCUMULATOR => {
+            Message::new(format!("a time cannot be negative: with {time} this has no effect"))
+                .advise(format!("{FROM_ACCUMULATOR} is the time in the accumulator"))
+        }
         _ => return None,
     };
     Some((Part::Value, message))
 }
 
-fn kind(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
+fn kind(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, Message)> {
     let number = command.kind;
     let parameter = parameter(spec, opcode, command);
     let message = match opcode {
@@ -115,7 +118,7 @@ fn kind(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)>
         }
         _ => None,
     };
-    message.map(|message| (Part::Kind, message))
+    message.map(|message| (Part::Kind, message.into()))
 }
 
 fn access(opcode: Opcode, what: &str, number: u8, parameter: Option<Named>) -> Option<String> {
@@ -170,19 +173,22 @@ fn coordinate(number: i32) -> Option<String> {
     (!exists).then(|| format!("there is no coordinate {number}, only 0..{}", COORDINATES - 1))
 }
 
-fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, Message)> {
     let motor = command.motor;
     let message = match (opcode, instruction.motor) {
         (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _)
             if !matches!(motor, GLOBAL | VARIABLES | INTERRUPTS) =>
         {
-            format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
+            Message::new(format!("there is no bank {motor}"))
+                .advise("0 has the global parameters, 2 user variables, 3 interrupts")
         }
         (Opcode::Sio, _) if !matches!(motor, INPUTS | OUTPUTS) => {
-            format!("there is no bank {motor} to set; 0 has the pull-up resistors of the inputs, 2 the outputs")
+            Message::new(format!("there is no bank {motor} to set"))
+                .advise("0 has the pull-up resistors of the inputs, 2 the outputs")
         }
         (Opcode::Gio, _) if !matches!(motor, INPUTS | ANALOG | OUTPUTS) => {
-            format!("there is no bank {motor}; 0 has the digital inputs, 1 the analog ones, 2 the outputs")
+            Message::new(format!("there is no bank {motor}"))
+                .advise("0 has the digital inputs, 1 the analog ones, 2 the outputs")
         }
         (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
         (Opcode::Mvp, _) if command.kind == COORD && AxisSet::of(motor, spec.axes).is_some() => return None,
@@ -190,32 +196,39 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
             "${motor:02X} is no set of axes: bits 0..{} are the axes of this module, and bit 7 moves them at once, bit 6 up to \
              three of them on a straight line",
             spec.axes.saturating_sub(1)
-        ),
+        )
+        .into(),
         (_, MotorField::Axis | MotorField::AxisOrAll | MotorField::AxisSet) if motor >= spec.axes => {
-            format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
+            Message::new(format!("there is no axis {motor}")).advise(last_axis(spec))
         }
-        (Opcode::Wait, _) if command.kind != TICKS && motor >= spec.axes => format!(
-            "there is no axis {motor}, for which the program would not wait at all; the last of this module is {}",
-            spec.axes.saturating_sub(1)
-        ),
+        (Opcode::Wait, _) if command.kind != TICKS && motor >= spec.axes => {
+            Message::new(format!("there is no axis {motor}, for which the program would not wait at all"))
+                .advise(last_axis(spec))
+        }
         _ => return None,
     };
     Some((Part::Motor, message))
 }
 
-fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
+/// Which axes a module has, where there is one too many.
+fn last_axis(spec: &Spec) -> String {
+    format!("the last of this module is {}", spec.axes.saturating_sub(1))
+}
+
+fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, Message)> {
     let message = match opcode {
         Opcode::Sgp if command.motor == INTERRUPTS && command.kind < TIMERS && command.value < 0 => {
-            Some(format!("a time cannot be negative: {} ms are taken for {} ms", command.value, command.value as u32))
+            let (value, taken) = (command.value, command.value as u32);
+            Some(format!("a time cannot be negative: {value} ms are taken for {taken} ms").into())
         }
-        Opcode::Sap | Opcode::Sgp => range(&parameter(spec, opcode, command)?, command.value),
-        Opcode::Sio => output(spec, command),
+        Opcode::Sap | Opcode::Sgp => range(&parameter(spec, opcode, command)?, command.value).map(Message::new),
+        Opcode::Sio => output(spec, command).map(Message::new),
         Opcode::Ror | Opcode::Rol => {
             let message = range(&spec.axis.row(AxisParameter::TargetSpeed)?.into(), command.value)?;
-            let limited = if spec.limits_speed { "; the motor turns at that limit" } else { "" };
-            Some(message + limited)
+            let message = Message::new(message);
+            Some(if spec.limits_speed { message.advise("the motor turns at that limit") } else { message })
         }
-        Opcode::Mvp if command.kind == COORD => coordinate(command.value),
+        Opcode::Mvp if command.kind == COORD => coordinate(command.value).map(Message::new),
         _ => None,
     };
     message.map(|message| (Part::Value, message))
@@ -239,7 +252,7 @@ fn output(spec: &Spec, command: Command) -> Option<String> {
     (!(low..=high).contains(&value)).then(|| format!("{value} is out of range: {what} takes {low}..{high}"))
 }
 
-fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, String)> {
+fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, Message)> {
     let target = target(&command)?;
     let inside = usize::try_from(target).is_ok_and(|target| addresses.contains(&target));
     let message = || {
@@ -247,7 +260,7 @@ fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, String)> {
         let end = addresses.end.saturating_sub(1);
         format!("address {target} is outside of the program, which {begin}ends at {end}")
     };
-    (!inside).then(|| (Part::Value, message()))
+    (!inside).then(|| (Part::Value, message().into()))
 }
 
 #[cfg(test)]
@@ -258,7 +271,7 @@ mod tests {
     use super::*;
 
     fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {
-        warnings(spec, text::parse(line).unwrap(), 0..10).into_iter().map(|(_, message)| message).collect()
+        warnings(spec, text::parse(line).unwrap(), 0..10).into_iter().map(|(_, message)| message.to_string()).collect()
     }
 
     fn messages(line: &str) -> Vec<String> {
@@ -359,7 +372,8 @@ mod tests {
             ),
         ] {
             let warnings = warnings(Some(&TMCM_1140), text::parse(line).unwrap(), 0..10);
-            assert_eq!(warnings, [(part, message.to_string())], "{line}");
+            let told: Vec<_> = warnings.iter().map(|(part, message)| (*part, message.to_string())).collect();
+            assert_eq!(told, [(part, message.to_string())], "{line}");
         }
     }
 
@@ -386,7 +400,9 @@ mod tests {
 
     #[test]
     fn jumps_stay_in_the_program_wherever_it_begins() {
-        let told = |line: &str| warnings(None, text::parse(line).unwrap(), 50..60).pop().map(|(_, message)| message);
+        let told = |line: &str| {
+            warnings(None, text::parse(line).unwrap(), 50..60).pop().map(|(_, message)| message.to_string())
+        };
         assert_eq!((told("JA 50"), told("JC ZE, 59")), (None, None));
         for outside in [49, 60] {
             let message = "is outside of the program, which begins at 50 and ends at 59";

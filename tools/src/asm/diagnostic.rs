@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
+use super::message::Message;
 use super::source::{Problem, Source, Span};
 use crate::shown::shown;
 
@@ -12,7 +15,8 @@ pub(super) const SHOWN: usize = 20;
 const WIDEST: usize = 200;
 
 /// Severity of a diagnostic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// The program can be assembled, but may not do what is meant.
     Warning,
@@ -21,7 +25,7 @@ pub enum Severity {
 }
 
 /// A part of a line in a source file, with the text of the line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
     /// Name of the file.
     pub file: String,
@@ -29,10 +33,19 @@ pub struct Location {
     pub line: usize,
     /// Column of the part's first character, from 1.
     pub column: usize,
-    /// Length of the part in characters.
-    pub length: usize,
+    /// Column of its last character.
+    pub last: usize,
     /// Text of the line.
     pub text: String,
+}
+
+impl Location {
+    /// The same column in units of UTF-16, in which pages and editors count; from 1 as well.
+    pub fn utf16(&self, column: usize) -> usize {
+        let mut characters = self.text.chars();
+        // Behind the end of the line each column is one unit.
+        (1..column).map(|_| characters.next().map_or(1, char::len_utf16)).sum::<usize>() + 1
+    }
 }
 
 /// One error or warning.
@@ -44,26 +57,25 @@ pub struct Location {
 ///     ROR 0, Speeed
 ///            ^^^^^^
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
     /// The part of the source; `None` for a file that cannot be read.
     pub location: Option<Location>,
     /// The mistake and how to mend it.
-    pub message: String,
+    pub message: Message,
 }
 
 impl Diagnostic {
     pub(super) fn new(severity: Severity, source: &Source, line: usize, problem: Problem) -> Self {
         let Span { start, end } = problem.span;
         let text = source.lines.get(line.saturating_sub(1)).cloned().unwrap_or_default();
-        let length = end.saturating_sub(start).max(1);
-        let location = Location { file: source.name.clone(), line, column: start + 1, length, text };
+        let location = Location { file: source.name.clone(), line, column: start + 1, last: end.max(start + 1), text };
         Diagnostic { severity, location: Some(location), message: problem.message }
     }
 
-    pub(super) fn without_location(message: String) -> Self {
+    pub(super) fn without_location(message: Message) -> Self {
         Diagnostic { severity: Severity::Error, location: None, message }
     }
 }
@@ -72,7 +84,7 @@ impl Diagnostic {
     /// What stands before the word for the severity, that word, and what stands behind it. What is about no source looks as what
     /// `tmcl` says about other files.
     pub fn parts(&self) -> (String, &'static str, String) {
-        let Some(Location { file, line, column, length, text }) = &self.location else {
+        let Some(Location { file, line, column, last, text }) = &self.location else {
             return (String::new(), "tmcl:", format!(" {}", self.message));
         };
         // Of a very long line only the part around the location is shown.
@@ -85,7 +97,7 @@ impl Diagnostic {
             Severity::Warning => "warning:",
             Severity::Error => "error:",
         };
-        let carets = "^".repeat(WIDEST.min(*length));
+        let carets = "^".repeat(WIDEST.min(last + 1 - column));
         let behind = format!(" {}\n    {}\n    {before}{carets}", self.message, shown(&part));
         (format!("{file}:{line}:{column}: "), head, behind)
     }

@@ -1,10 +1,10 @@
 //! Makes a command of the mnemonic and operands in a source line.
 
 use tmcm::tmcl::{Command, Field, Instruction, text};
-use tmcm_sim::suggest::suggestion;
 
 use super::check::Part;
 use super::expression::evaluate;
+use super::message::Message;
 use super::source::{Problem, Span};
 use super::statement::{CommandLine, Head, Operand};
 use super::symbol::Symbols;
@@ -55,16 +55,19 @@ fn mnemonic(
     }
     if let Some(operand) = surplus(line, instruction, symbols)? {
         if operand.tokens.is_empty() {
-            return Err(Problem::new(operand.span, "nothing follows this comma; it is one too many"));
+            return Err(Problem::new(
+                operand.span,
+                Message::new("nothing follows this comma").advise("it is one too many"),
+            ));
         }
         let Span { start, end } = operand.span;
         let word: String = text.chars().take(end).skip(start).collect();
-        return Err(Problem::new(operand.span, text::Error::Unexpected(instruction, &word).to_string()));
+        return Err(Problem::new(operand.span, text::Error::Unexpected(instruction, &word)));
     }
     match instruction.fields.get(line.operands.len()) {
         Some(field) if line.operands.len() < instruction.required() => {
             let end = line.operands.last().map_or(line.span, |operand| operand.span).behind();
-            Err(Problem::new(end, text::Error::Missing(instruction, *field).to_string()))
+            Err(Problem::new(end, text::Error::Missing(instruction, *field)))
         }
         _ => Ok(command),
     }
@@ -96,7 +99,8 @@ fn numeric(line: &CommandLine, number: i64, symbols: &Symbols) -> Result<Command
     let value = operands.next().map_or(Ok(0), |operand| value(operand, symbols))?;
     match operands.next() {
         Some(operand) => {
-            let message = "one operand too many; after a command number there are type, motor or bank, and value";
+            let message = Message::new("one operand too many")
+                .advise("after a command number there are type, motor or bank, and value");
             Err(Problem::new(operand.span, message))
         }
         None => Ok(Command { opcode, kind, motor, value }),
@@ -109,7 +113,9 @@ fn number(operand: &Operand, symbols: &Symbols) -> Result<i64, Problem> {
 
 fn byte(operand: &Operand, symbols: &Symbols) -> Result<u8, Problem> {
     let number = number(operand, symbols)?;
-    u8::try_from(number).map_err(|_| Problem::new(operand.span, format!("{number} is out of range; 0..255 fits here")))
+    u8::try_from(number).map_err(|_| {
+        Problem::new(operand.span, Message::new(format!("{number} is out of range")).advise("0..255 fits here"))
+    })
 }
 
 /// The value field for an operand. An expression has at most 32 bits, signed or unsigned, so the conversion loses none.
@@ -129,8 +135,8 @@ fn named(operand: &Operand, names: &[&str], symbols: &Symbols) -> Result<u8, Pro
             Err(Problem::new(next.span, format!("a comma is missing between {word} and this")))
         }
         (None, None) if symbols.value(word).is_none() => {
-            let suggestion = suggestion(word, names.iter().copied());
-            Err(Problem::new(*span, format!("'{word}' is none of {}{suggestion}", names.join(", "))))
+            let message = Message::new(format!("'{word}' is none of {}", names.join(", ")));
+            Err(Problem::new(*span, message.suggest(word, names.iter().copied())))
         }
         _ => byte(operand, symbols),
     }

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use super::message::Message;
 use super::source::{Problem, Span};
 use super::token::{Kind, Token};
 
@@ -16,7 +17,7 @@ const DEEPEST: usize = 64;
 pub(super) fn evaluate(
     tokens: &[Token],
     span: Span,
-    name: &dyn Fn(&str) -> Result<i64, String>,
+    name: &dyn Fn(&str) -> Result<i64, Message>,
 ) -> Result<i64, Problem> {
     let mut evaluator = Evaluator { tokens, last: span, depth: 0, name };
     if tokens.is_empty() {
@@ -41,7 +42,7 @@ struct Evaluator<'a> {
     tokens: &'a [Token],
     last: Span,
     depth: usize,
-    name: &'a dyn Fn(&str) -> Result<i64, String>,
+    name: &'a dyn Fn(&str) -> Result<i64, Message>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -124,8 +125,8 @@ mod tests {
     fn value(text: &str) -> Result<i64, (usize, String)> {
         let (tokens, problem) = Lexer::default().line(1, text);
         assert_eq!(problem, None);
-        let name = |name: &str| if name == "Ten" { Ok(10) } else { Err(format!("unknown {name}")) };
-        evaluate(&tokens, Span::new(0, 1), &name).map_err(|problem| (problem.span.start, problem.message))
+        let name = |name: &str| if name == "Ten" { Ok(10) } else { Err(format!("unknown {name}").into()) };
+        evaluate(&tokens, Span::new(0, 1), &name).map_err(|problem| (problem.span.start, problem.message.to_string()))
     }
 
     #[test]

@@ -85,13 +85,13 @@ fn tokens(line: &str) -> Result<Vec<Token>, String> {
     let mut lexer = Lexer::default();
     let (tokens, problem) = lexer.line(1, line);
     match problem.or_else(|| lexer.finish().map(|(_, problem)| problem)) {
-        Some(problem) => Err(problem.message),
+        Some(problem) => Err(message(problem)),
         None => Ok(tokens),
     }
 }
 
 fn message(problem: Problem) -> String {
-    problem.message
+    problem.message.to_string()
 }
 
 #[cfg(test)]

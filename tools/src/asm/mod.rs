@@ -34,6 +34,7 @@ mod expression;
 pub mod include;
 mod line;
 mod listing;
+mod message;
 mod settings;
 mod source;
 mod statement;
@@ -47,6 +48,7 @@ pub use assembler::{Assembly, SourceLine, Watched, assemble_among, assemble_file
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use line::{command, first_operand, names, names_of_all, value};
 pub use listing::{listing, symbols};
+pub use message::{Advice, Message};
 pub use settings::Settings;
 pub use source::Source;
 pub use symbol::Symbols;

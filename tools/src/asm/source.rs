@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::message::Message;
 use crate::sources::Sources;
 
 /// A source file, read once.
@@ -60,11 +61,11 @@ impl Span {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Problem {
     pub(super) span: Span,
-    pub(super) message: String,
+    pub(super) message: Message,
 }
 
 impl Problem {
-    pub(super) fn new(span: Span, message: impl Into<String>) -> Self {
+    pub(super) fn new(span: Span, message: impl Into<Message>) -> Self {
         Problem { span, message: message.into() }
     }
 }

@@ -2,6 +2,7 @@
 
 use tmcm::tmcl::Instruction;
 
+use super::message::Message;
 use super::source::{Problem, Span};
 use super::token::{Kind, Token};
 
@@ -62,7 +63,7 @@ pub(super) fn labels(mut tokens: &[Token]) -> (Vec<Name>, &[Token]) {
 
 /// The statement behind the labels; `None` if there is none. `unknown` makes the message for a word that is no
 /// mnemonic.
-pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> String) -> Result<Option<Statement>, Problem> {
+pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> Message) -> Result<Option<Statement>, Problem> {
     let Some((first, rest)) = tokens.split_first() else { return Ok(None) };
     match &first.kind {
         Kind::Directive(word) => directive(word, first.span, rest).map(Some),
@@ -89,10 +90,13 @@ fn directive(word: &str, span: Span, rest: &[Token]) -> Result<Statement, Proble
         ("include", [Token { kind: Kind::File(file), span }, rest @ ..]) if !file.is_empty() => {
             (Statement::Include(Name { text: file.clone(), span: *span }), rest)
         }
-        ("include", _) => return Err(Problem::new(span, "the file is missing; for example: #include TMCLParam.tmc")),
+        ("include", _) => {
+            let message = Message::new("the file is missing").advise("for example: #include TMCLParam.tmc");
+            return Err(Problem::new(span, message));
+        }
         ("nostop", rest) => (Statement::NoStop, rest),
         _ => {
-            let message = "there are #include and #nostop; a constant is written Name = value";
+            let message = Message::new("there are #include and #nostop").advise("a constant is written Name = value");
             return Err(Problem::new(span, message));
         }
     };

@@ -5,9 +5,9 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use tmcm::tmcl::Instruction;
-use tmcm_sim::suggest::suggestion;
 
 use super::include;
+use super::message::Message;
 use super::source::Source;
 use crate::product::{self, Product};
 
@@ -100,16 +100,16 @@ impl Symbols {
         meaning: Meaning,
         source: &Arc<Source>,
         line: usize,
-    ) -> Result<(), String> {
+    ) -> Result<(), Message> {
         if Instruction::by_mnemonic(name).is_some() {
-            return Err(format!("'{name}' is a command; take another name"));
+            return Err(Message::new(format!("'{name}' is a command")).advise("take another name"));
         }
         match self.indices.entry(name.to_lowercase()) {
             Entry::Occupied(entry) => {
                 let first = self.list.get(*entry.get());
                 let definition =
                     first.map_or_else(String::new, |first| format!("{}:{}", first.source.name, first.line));
-                Err(format!("'{name}' is defined twice; it is also in {definition}"))
+                Err(Message::new(format!("'{name}' is defined twice")).advise(format!("it is also in {definition}")))
             }
             Entry::Vacant(entry) => {
                 entry.insert(self.list.len());
@@ -132,18 +132,17 @@ impl Symbols {
     }
 
     /// The value of a name in an expression. The error is a message about a name without a value.
-    pub(super) fn resolve(&self, name: &str) -> Result<i64, String> {
+    pub(super) fn resolve(&self, name: &str) -> Result<i64, Message> {
         if let Some(value) = self.value(name) {
             return Ok(value);
         }
         if let Some(Symbol { name, source, line, .. }) = self.get(name) {
-            return Err(format!(
-                "'{name}' has no value yet; its line ({}:{line}) has to be above this one",
-                source.name
-            ));
+            let advice = format!("its line ({}:{line}) has to be above this one", source.name);
+            return Err(Message::new(format!("'{name}' has no value yet")).advise(advice));
         }
         if let Some(file) = self.product.and_then(|product| include::file_with(product.spec(), name)) {
-            return Err(format!("unknown name '{name}'; it is in a built-in file: add the line #include {file}"));
+            let advice = format!("it is in a built-in file: add the line #include {file}");
+            return Err(Message::new(format!("unknown name '{name}'")).advise(advice));
         }
         let others = Product::ALL.into_iter().filter(|other| include::file_with(other.spec(), name).is_some());
         let others: Vec<&str> = others.map(product::short).collect();
@@ -151,12 +150,10 @@ impl Symbols {
             && !others.is_empty()
         {
             let (this, others) = (product.name(), others.join(", "));
-            return Err(format!(
-                "unknown name '{name}': the {this} does not have it; --product says which module the program is for, and \
-                 there it is with {others}"
-            ));
+            return Err(Message::new(format!("unknown name '{name}': the {this} does not have it"))
+                .advise(format!("--product says which module the program is for, and there it is with {others}")));
         }
         let names = self.list.iter().map(|symbol| symbol.name.as_str());
-        Err(format!("unknown name '{name}'{}", suggestion(name, names)))
+        Err(Message::new(format!("unknown name '{name}'")).suggest(name, names))
     }
 }

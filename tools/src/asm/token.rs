@@ -1,5 +1,6 @@
 //! Cuts the lines of a source into tokens and leaves out comments.
 
+use super::message::Message;
 use super::source::{Problem, Span};
 
 /// The kinds of tokens.
@@ -73,7 +74,7 @@ impl Lexer {
     /// The problem at the end of the file, with its line: a comment that does not end.
     pub(super) fn finish(self) -> Option<(usize, Problem)> {
         let (line, span) = self.comment?;
-        Some((line, Problem::new(span, "this comment does not end; close it with */")))
+        Some((line, Problem::new(span, Message::new("this comment does not end").advise("close it with */"))))
     }
 }
 
@@ -110,7 +111,7 @@ impl Cursor<'_> {
         false
     }
 
-    fn token(&mut self, first: char, before: Option<&Token>) -> Result<Kind, String> {
+    fn token(&mut self, first: char, before: Option<&Token>) -> Result<Kind, Message> {
         if before.is_some_and(|token| token.kind == Kind::Directive("include".into())) {
             return self.file(first);
         }
@@ -132,13 +133,13 @@ impl Cursor<'_> {
                 Ok(Kind::Symbol(first))
             }
             _ if in_word(first) => Ok(Kind::Name(self.take(in_word))),
-            ';' => Err("';' means nothing in TMCL; comments begin with //".into()),
-            _ => Err(format!("{first:?} means nothing in TMCL")),
+            ';' => Err(Message::new("';' means nothing in TMCL").advise("comments begin with //")),
+            _ => Err(format!("{first:?} means nothing in TMCL").into()),
         }
     }
 
     /// A file name, in quotes or up to the next space.
-    fn file(&mut self, first: char) -> Result<Kind, String> {
+    fn file(&mut self, first: char) -> Result<Kind, Message> {
         let close = match first {
             '"' => '"',
             '<' => '>',
@@ -147,7 +148,7 @@ impl Cursor<'_> {
         self.at += 1;
         let name = self.take(|c| c != close);
         if self.peek(0).is_none() {
-            return Err(format!("the file name does not end; close it with {close}"));
+            return Err(Message::new("the file name does not end").advise(format!("close it with {close}")));
         }
         self.at += 1;
         Ok(Kind::File(name))
@@ -155,7 +156,7 @@ impl Cursor<'_> {
 }
 
 /// A number that begins with a decimal digit.
-fn number(word: &str) -> Result<Kind, String> {
+fn number(word: &str) -> Result<Kind, Message> {
     let prefixed = |prefix: [&str; 2]| prefix.iter().find_map(|prefix| word.strip_prefix(prefix));
     if let Some(digits) = prefixed(["0x", "0X"]) {
         magnitude(digits, 16, word)
@@ -166,18 +167,19 @@ fn number(word: &str) -> Result<Kind, String> {
     }
 }
 
-fn magnitude(digits: &str, radix: u32, word: &str) -> Result<Kind, String> {
+fn magnitude(digits: &str, radix: u32, word: &str) -> Result<Kind, Message> {
     if digits.is_empty() || !digits.chars().all(|c| c.is_digit(radix)) {
         let digits = match radix {
             2 => "binary digits, 0 and 1",
             16 => "hexadecimal digits",
-            _ => "decimal digits; hexadecimal numbers begin with $ or 0x",
+            _ => "decimal digits",
         };
-        return Err(format!("'{word}' is not a number: it wants {digits}"));
+        let message = Message::new(format!("'{word}' is not a number: it wants {digits}"));
+        return Err(if radix == 10 { message.advise("hexadecimal numbers begin with $ or 0x") } else { message });
     }
     match u32::from_str_radix(digits, radix) {
         Ok(number) => Ok(Kind::Number(number.into())),
-        Err(_) => Err(format!("{word} does not fit 32 bits")),
+        Err(_) => Err(format!("{word} does not fit 32 bits").into()),
     }
 }
 
@@ -193,7 +195,7 @@ mod tests {
 
     fn problem(text: &str) -> (usize, usize, String) {
         let Problem { span, message } = Lexer::default().line(1, text).1.unwrap();
-        (span.start, span.end, message)
+        (span.start, span.end, message.to_string())
     }
 
     #[test]

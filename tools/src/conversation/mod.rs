@@ -136,6 +136,11 @@ impl Conversation {
         self.wire.simulated()
     }
 
+    /// Tells the user a sentence.
+    pub fn tell(&self, text: &str) {
+        (self.tell)(text);
+    }
+
     /// Goes on with the module at another address.
     pub fn turn_to(&mut self, address: u16) {
         self.identity = None;

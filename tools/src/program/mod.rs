@@ -5,11 +5,13 @@ pub mod binary;
 mod download;
 mod end;
 mod target;
+mod transfer;
 
 pub use address::address;
 pub use download::{download, explain, is_readable, verify};
 pub use end::{end, goes_on};
 pub use target::target;
+pub use transfer::{Done, Transfer, fits, transfer};
 
 use serde::Serialize;
 use tmcm::tmcl::Command;

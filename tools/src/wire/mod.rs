@@ -1,5 +1,6 @@
 //! The way to modules: requests go out, replies come in, and time passes.
 
+pub mod framing;
 mod tap;
 mod virtual_module;
 

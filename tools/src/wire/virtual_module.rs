@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use tmcm::module::Source;
 use tmcm::tmcl::Command;
-use tmcm::tmcl::binary::{self, Telegram};
+use tmcm::tmcl::binary::Telegram;
 use tmcm_sim::{NativeModule, VirtualModule};
 
+use super::framing::{Framing, Serial};
 use super::{LinkError, Nobody, Tap, Wire};
 use crate::stop::Stop;
 
@@ -16,6 +17,7 @@ const TIMEOUT: Duration = Duration::from_secs(1);
 /// A virtual module as the only one at a USB cable. Its time passes during exchanges and pauses, as fast as the computer can.
 pub struct VirtualWire {
     module: NativeModule,
+    framing: Serial,
     timeout: Duration,
     tap: Box<dyn Tap>,
 }
@@ -23,7 +25,9 @@ pub struct VirtualWire {
 impl VirtualWire {
     /// A wire to this module.
     pub fn new(module: NativeModule) -> Self {
-        VirtualWire { module, timeout: TIMEOUT, tap: Box::new(Nobody) }
+        let mut framing = Serial::default();
+        framing.take_any();
+        VirtualWire { module, framing, timeout: TIMEOUT, tap: Box::new(Nobody) }
     }
 
     /// Has `tap` hear all that goes over the wire from now on.
@@ -34,24 +38,24 @@ impl VirtualWire {
 
 impl Wire for VirtualWire {
     fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let address = u8::try_from(address).map_err(|_| LinkError::Address)?;
-        let (request, time) = (binary::encode_command(address, command), self.time());
-        let VirtualWire { module, timeout, tap } = self;
+        let time = self.time();
+        let VirtualWire { module, framing, timeout, tap } = self;
+        let request = framing.telegram(address, command)?;
         // What has come before is no reply to this request.
         while let Some(sent) = module.sent() {
             tap.at(Duration::from_nanos(sent.at));
-            tap.back(&sent.bytes);
+            framing.late(&sent.bytes, tap.as_mut());
         }
         tap.at(time);
         tap.out(&request);
         let sent = module.exchange(Source::Usb, request, timeout.as_nanos() as u64);
         tap.at(Duration::from_nanos(sent.as_ref().map_or(module.now(), |sent| sent.at)));
-        match &sent {
-            Some(sent) => tap.back(&sent.bytes),
-            None => tap.give_up(),
+        let reply = sent.and_then(|sent| framing.take(&sent.bytes, tap.as_mut()));
+        if reply.is_none() {
+            tap.give_up();
         }
         tap.check().map_err(LinkError::Log)?;
-        sent.and_then(|sent| sent.telegram()).ok_or(LinkError::NoReply { bytes: 0 })
+        reply.unwrap_or_else(|| Err(framing.give_up()))
     }
 
     fn set_timeout(&mut self, timeout: Duration) {

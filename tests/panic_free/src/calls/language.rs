@@ -27,6 +27,7 @@ pub(super) fn language() {
         any(Instruction::by_mnemonic(line));
         if let Err(error) = text::parse(line) {
             let _ = any(write!(Paper, "{error}"));
+            any(error.usage().map(|instruction| instruction.opcode));
         }
     }
 

@@ -237,9 +237,35 @@ fn warnings_have_the_place_of_the_operand() {
     let source = "SAP 4, 0, 3 * 1000\nSAP 3, 0, 1\nJA 17\nRFS START, 1\n129, 1\nGAP 14";
     let warnings = assembled(source).warnings;
     let places: Vec<_> =
-        warnings.0.iter().filter_map(|w| w.location.as_ref()).map(|l| (l.line, l.column, l.length)).collect();
-    assert_eq!(places, [(1, 11, 8), (2, 5, 1), (3, 4, 2), (4, 12, 1), (5, 1, 3), (6, 5, 2)]);
+        warnings.0.iter().filter_map(|w| w.location.as_ref()).map(|l| (l.line, l.column, l.last)).collect();
+    assert_eq!(places, [(1, 11, 18), (2, 5, 5), (3, 4, 5), (4, 12, 12), (5, 1, 3), (6, 5, 6)]);
     assert_eq!(warnings.errors(), 0);
+}
+
+/// What pages and editors want of a message, they need not read out of its text.
+#[test]
+fn messages_have_fields() {
+    let refused = |source: &str| {
+        let told = assemble_text("stage.tmc", source, Settings::default()).unwrap_err().0.remove(0);
+        (told.message, told.location.unwrap())
+    };
+    let (message, place) = refused("Speed = 5\n\u{1f600} ROR 0, Speeed");
+    assert_eq!((message.words.as_str(), message.advice), ("'\u{1f600}' means nothing in TMCL", None));
+    assert_eq!((place.file.as_str(), place.line, place.column, place.last), ("stage.tmc", 2, 1, 1));
+    let (message, place) = refused("Speed = 5\n/* \u{1f600}\u{e4} */ ROR 0, Speeed");
+    assert_eq!((message.words.as_str(), message.advice), ("unknown name 'Speeed'", Some(Advice::Name("Speed".into()))));
+    // The emoji is one character, and two units of UTF-16.
+    assert_eq!((place.column, place.last), (17, 22));
+    assert_eq!((place.utf16(1), place.utf16(4), place.utf16(5), place.utf16(place.column)), (1, 4, 6, 18));
+    let (message, _) = refused("GAP 300, 0");
+    assert_eq!(
+        (message.words.as_str(), message.advice),
+        ("300 is out of range", Some(Advice::Words("0..255 fits here".into())))
+    );
+    let (message, place) = refused("MVP ABS, 0");
+    let usage = Advice::Words("usage: MVP <ABS|REL|COORD>, <motor or bank>, <value>".into());
+    assert_eq!((message.words.as_str(), message.advice), ("MVP: missing <value>", Some(usage)));
+    assert_eq!((place.column, place.last, place.utf16(place.last)), (11, 11, 11), "behind the end of the line");
 }
 
 /// NOP is command 0, which ends a program, although some programs contain NOP in the belief that it does nothing.

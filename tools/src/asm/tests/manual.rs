@@ -90,7 +90,7 @@ Out0Off:
     for head in [numbers, names] {
         let source = format!("{head}{main}");
         let warnings = check(&source, expected).warnings.0;
-        let messages: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
+        let messages: Vec<String> = warnings.iter().map(|warning| warning.message.to_string()).collect();
         assert_eq!(messages, ["there is no output 3, only 0..1"; 2]);
         assert!(assemble_text("test.tmc", &source, Some(Product::Tmcm6110)).unwrap().warnings.is_empty());
     }
@@ -167,7 +167,7 @@ MainLoop:
         1C 00 00 00 00 00 00 1C";
     for source in [numbers, names] {
         let warnings = check(source, expected).warnings.0;
-        let messages: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
+        let messages: Vec<String> = warnings.iter().map(|warning| warning.message.to_string()).collect();
         assert_eq!(
             messages,
             [

@@ -2,39 +2,39 @@
 
 use std::fmt;
 
+use crate::conversation::Identity;
 use serde::Serialize;
-use tmcl_tools::conversation::Identity;
 
 /// Where a module has answered, and what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) struct Found {
+pub struct Found {
     /// Its address on a serial link.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) address: Option<u16>,
+    pub address: Option<u16>,
     /// Its identifier on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) identifier: Option<u16>,
+    pub identifier: Option<u16>,
     /// The bit rate of a serial device, in bit/s.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) baud: Option<u32>,
+    pub baud: Option<u32>,
     /// True on a link that leads to one module, whatever the address.
-    pub(super) alone: bool,
+    pub alone: bool,
     /// Its own address, if it has answered at its secondary one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) secondary_of: Option<u8>,
+    pub secondary_of: Option<u8>,
     /// Its product, such as `TMCM-1140`.
-    pub(super) product: String,
+    pub product: String,
     /// Major and minor version of its firmware, such as `1.42`.
-    pub(super) firmware: String,
+    pub firmware: String,
     /// Its version string (command 136, type 0), if it tells one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) version: Option<String>,
+    pub version: Option<String>,
 }
 
 impl Found {
     /// The product and the version of the firmware, from the value of the reply to `136, 1`.
-    pub(super) fn told(value: i32) -> (String, String) {
+    pub fn told(value: i32) -> (String, String) {
         let Identity { number, version, .. } = Identity::told(value);
         let firmware = version.map_or_else(String::new, |(major, minor)| format!("{major}.{minor:02}"));
         (format!("TMCM-{number}"), firmware)

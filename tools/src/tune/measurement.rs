@@ -15,17 +15,29 @@ pub(super) struct Measurement<'b, 'a> {
     /// The speeds at which it is measured.
     pub(super) cruises: Vec<Cruise>,
     /// What loads it.
-    brake: Brake,
-    progress: Progress,
+    brake: &'b mut dyn Brake,
+    progress: &'b mut dyn FnMut(Progress<'_>),
+    /// What is under way, and how many readings it takes.
+    what: String,
+    total: usize,
     done: usize,
     /// What the motor was loaded with, in words, and the full steps that it had lost before.
     load: Option<(String, i64)>,
 }
 
 impl<'b, 'a> Measurement<'b, 'a> {
-    /// A measurement that is going to begin. Its progress is `progress`, of so many readings.
-    pub(super) fn new(drive: Drive<'b, 'a>, cruises: Vec<Cruise>, brake: Brake, progress: Progress) -> Self {
-        Measurement { drive, cruises, brake, progress, done: 0, load: None }
+    /// A measurement of `what` that is going to begin, and takes about so many readings.
+    pub(super) fn new(
+        drive: Drive<'b, 'a>,
+        cruises: Vec<Cruise>,
+        brake: &'b mut dyn Brake,
+        progress: &'b mut dyn FnMut(Progress<'_>),
+        what: &str,
+        total: usize,
+    ) -> Self {
+        let what = format!("measuring {what}");
+        progress(Progress { what: &what, done: 0, total });
+        Measurement { drive, cruises, brake, progress, what, total, done: 0, load: None }
     }
 
     /// From now on the motor is measured at this speed.
@@ -37,26 +49,25 @@ impl<'b, 'a> Measurement<'b, 'a> {
     pub(super) fn read(&mut self, method: Method) -> Result<Reading, Failure> {
         let reading = self.drive.measure(method)?;
         self.done += 1;
-        self.progress.reach(self.done);
+        (self.progress)(Progress { what: &self.what, done: self.done, total: self.total });
         Ok(reading)
     }
 
-    /// The measurement is over: what loads the motor is handed back, and what it was loaded with, in words.
-    pub(super) fn end(self) -> (Brake, String) {
-        (self.brake, self.load.map_or_else(String::new, |(load, _)| load))
+    /// What the motor was loaded with, in words.
+    pub(super) fn load(&self) -> &str {
+        self.load.as_ref().map_or("", |(load, _)| load)
     }
 
     /// Loads the motor.
     pub(super) fn hold(&mut self) -> Result<(), Failure> {
-        self.progress.pause();
         let lost = self.brake.lost(&mut self.drive)?;
+        while self.drive.look()?.is_none() {}
         self.load = Some((self.brake.hold(&mut self.drive)?, lost));
         Ok(())
     }
 
     /// Takes the load away.
     pub(super) fn release(&mut self) -> Result<(), Failure> {
-        self.progress.pause();
         self.brake.release(&mut self.drive)?;
         let lost = self.brake.lost(&mut self.drive)?;
         match &self.load {

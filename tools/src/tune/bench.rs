@@ -1,20 +1,15 @@
 //! The axis that is tuned: its settings, of which those that are changed are remembered, and its motor.
 
-use std::io::Write;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use tmcl_link::EndSignal;
-use tmcl_tools::conversation::{Conversation, Error};
-use tmcl_tools::product::{Product, axis_number};
-use tmcl_tools::stop::Stop;
-use tmcl_tools::wire::LinkError;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::failure::{Ended, Failure};
-use crate::link::LinkTarget;
-use crate::reach::Reach;
-use crate::tell;
+use crate::conversation::{Conversation, Error};
+use crate::failure::Failure;
+use crate::product::{Product, axis_number};
+use crate::stop::Stop;
+use crate::wire::LinkError;
 
 /// MVP ABS.
 const ABSOLUTE: u8 = 0;
@@ -24,14 +19,17 @@ const ENDURANCE: Duration = Duration::from_secs(10);
 const STOPPING: Duration = Duration::from_secs(20);
 /// Time between two questions to a motor that is waited for.
 const GLANCE: Duration = Duration::from_millis(5);
+/// Time between two attempts over a link that fails.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// An axis of a module, and what has been changed in it.
 pub(super) struct Bench<'a> {
     /// The module.
     pub(super) module: Conversation,
-    reach: &'a Reach,
-    /// Ctrl-C, SIGTERM and SIGHUP.
-    pub(super) signal: &'a mut EndSignal,
+    /// Opens the link anew, if it can.
+    reopen: &'a mut dyn FnMut() -> Option<Conversation>,
+    /// Whether to end.
+    stop: &'a dyn Stop,
     /// What the module is.
     pub(super) product: Product,
     /// The number of the axis.
@@ -42,18 +40,30 @@ pub(super) struct Bench<'a> {
     moved: bool,
     /// The module has answered, or refused, the last request.
     answers: bool,
+    /// Time on the links before this one, each of which has a clock of its own.
+    earlier: Duration,
 }
 
 impl<'a> Bench<'a> {
     /// The axis of a module, with nothing changed.
     pub(super) fn new(
         module: Conversation,
-        reach: &'a Reach,
-        signal: &'a mut EndSignal,
+        reopen: &'a mut dyn FnMut() -> Option<Conversation>,
+        stop: &'a dyn Stop,
         product: Product,
         axis: u8,
     ) -> Self {
-        Bench { module, reach, signal, product, axis, changed: Vec::new(), moved: false, answers: true }
+        Bench {
+            module,
+            reopen,
+            stop,
+            product,
+            axis,
+            changed: Vec::new(),
+            moved: false,
+            answers: true,
+            earlier: Duration::ZERO,
+        }
     }
 
     /// Whether the product has a parameter.
@@ -95,8 +105,8 @@ impl<'a> Bench<'a> {
     }
 
     /// Whether the module is inside this program, and ends with it.
-    pub(super) fn is_simulated(&self) -> bool {
-        self.reach.link == LinkTarget::Simulated
+    pub(super) fn is_simulated(&mut self) -> bool {
+        self.module.simulated().is_some()
     }
 
     fn write(&self, parameter: AxisParameter, value: i32) -> Command {
@@ -117,9 +127,9 @@ impl<'a> Bench<'a> {
     /// Lets time pass: in a module inside this program its own.
     ///
     /// # Errors
-    /// A signal has come.
+    /// It has been asked to end.
     pub(super) fn pass(&mut self, time: Duration) -> Result<(), Failure> {
-        if self.module.pause(time, self.signal) { Err(self.signal.failure("")) } else { Ok(()) }
+        if self.module.pause(time, self.stop) { Err(self.stop.interrupted("")) } else { Ok(()) }
     }
 
     /// Brings the motor back to a position.
@@ -147,8 +157,8 @@ impl<'a> Bench<'a> {
     /// Stops the motor and puts all settings back, also over a link that fails for a while. Returns the commands that
     /// could not be sent.
     pub(super) fn restore(&mut self) -> Vec<Command> {
-        self.signal.forget();
-        let until = Instant::now() + ENDURANCE;
+        self.stop.forget();
+        let until = self.time() + ENDURANCE;
         let stop = self.moved.then(|| Command::new(Opcode::Mst as u8, 0, self.axis, 0));
         // What was changed last is put back first.
         let changed = std::mem::take(&mut self.changed).into_iter().rev();
@@ -172,40 +182,44 @@ impl<'a> Bench<'a> {
     }
 
     /// Waits until the motor stands; settings of a motor that turns can be put back as well, if they must.
-    fn await_standstill(&mut self, until: Instant) {
+    fn await_standstill(&mut self, until: Duration) {
         let speed = Command::new(Opcode::Gap as u8, self.number(AxisParameter::ActualSpeed), self.axis, 0);
-        let latest = Instant::now() + STOPPING;
-        while self.insist(speed, until).is_ok_and(|speed| speed != 0) && Instant::now() < latest {
-            if self.module.pause(GLANCE, self.signal) {
+        let latest = self.time() + STOPPING;
+        while self.insist(speed, until).is_ok_and(|speed| speed != 0) && self.time() < latest {
+            if self.module.pause(GLANCE, self.stop) {
                 return;
             }
         }
     }
 
-    /// Sends a command again and again until there is a reply, or until `until`; a signal ends that, too.
-    fn insist(&mut self, command: Command, until: Instant) -> Result<i32, Error> {
+    /// Sends a command again and again until there is a reply, or until `until`; who asks to end ends that, too.
+    fn insist(&mut self, command: Command, until: Duration) -> Result<i32, Error> {
         let mut told = false;
         loop {
             let error = match self.module.value(command) {
                 Err(error) if !error.is_refusal() => error,
                 answered => return answered,
             };
-            if Instant::now() >= until || self.signal.within(Duration::from_millis(100)) {
+            if self.time() >= until || self.module.pause(PAUSE, self.stop) {
                 return Err(error);
             }
             if !std::mem::replace(&mut told, true) {
-                // A closed standard error must not keep the settings from being put back.
-                let _ = writeln!(
-                    tell::err(),
-                    "tmcl: the module does not answer; trying for up to {} seconds to put its settings back",
+                self.module.tell(&format!(
+                    "the module does not answer; trying for up to {} seconds to put its settings back",
                     ENDURANCE.as_secs()
-                );
+                ));
             }
             let gone = matches!(&error, Error::Link { error: LinkError::Closed | LinkError::Lost(_), .. });
-            if gone && let Ok(module) = self.reach.open() {
+            if gone && let Some(module) = (self.reopen)() {
+                self.earlier = self.time();
                 self.module = module;
             }
         }
+    }
+
+    /// Time since the measurement was prepared, on whatever link.
+    fn time(&self) -> Duration {
+        self.earlier + self.module.time()
     }
 
     /// Where the motor is, if the module says so.

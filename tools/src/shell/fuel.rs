@@ -6,10 +6,11 @@
 
 use std::time::Duration;
 
-use tmcl_tools::calc::{Live, Settings};
-use tmcl_tools::conversation::{Conversation, Error};
-use tmcl_tools::product::{axis_number, speed_unit, symbol};
 use tmcm::param::AxisParameter;
+
+use crate::calc::{Live, Settings};
+use crate::conversation::{Conversation, Error};
+use crate::product::{axis_number, speed_unit, symbol};
 
 /// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second;
 /// over a slow connection the gaps are longer.

@@ -16,7 +16,7 @@ pub(super) const SAMPLES: u32 = 12;
 const LOOK: Duration = Duration::from_millis(5);
 
 /// The motor on its track.
-pub(super) struct Drive<'b, 'a> {
+pub struct Drive<'b, 'a> {
     /// The axis.
     pub(super) bench: &'b mut Bench<'a>,
     watch: Watch,
@@ -35,8 +35,16 @@ impl<'b, 'a> Drive<'b, 'a> {
         Ok(())
     }
 
+    /// The number of the axis.
+    pub fn axis(&self) -> usize {
+        self.bench.axis.into()
+    }
+
     /// Looks at the motor once, and turns it round at the ends of its track. Returns its position if its speed is constant.
-    pub(super) fn look(&mut self) -> Result<Option<i32>, Failure> {
+    ///
+    /// # Errors
+    /// The module does not answer, it has been asked to end, or the motor does not get on.
+    pub fn look(&mut self) -> Result<Option<i32>, Failure> {
         let speed = self.bench.get(P::ActualSpeed)?;
         let position = self.bench.get(P::ActualPosition)?;
         match self.watch.see(speed, position) {

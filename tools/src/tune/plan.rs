@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use tmcl_tools::calc::{Live, Settings};
 use tmcm::param::AxisParameter as P;
 
 use super::bench::Bench;
 use super::drive::SAMPLES;
 use super::track::Need;
 use super::watch::Method;
+use crate::calc::{Live, Settings};
 use crate::failure::Failure;
 
 /// A speed at which the motor is measured.
@@ -114,8 +114,8 @@ fn least_acceleration(main: [i32; 2], first_velocity: i32, outer: [i32; 2]) -> i
 
 #[cfg(test)]
 mod tests {
-    use tmcl_tools::calc::Settings;
-    use tmcl_tools::product::Product;
+    use crate::calc::Settings;
+    use crate::product::Product;
 
     use super::*;
 

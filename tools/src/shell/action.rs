@@ -1,16 +1,17 @@
 //! What a line of the shell asks for.
 
-use tmcl_tools::asm::{self, Symbols};
-use tmcl_tools::product::Product;
 use tmcm::tmcl::Command;
 use tmcm_sim::suggest::suggestion;
 
+use crate::asm::{self, Symbols};
+use crate::product::Product;
+
 /// The words of the shell that are no commands of the module.
-pub(super) const WORDS: [&str; 6] = ["watch", "jog", "help", "quit", "exit", "axis"];
+pub const WORDS: [&str; 6] = ["watch", "jog", "help", "quit", "exit", "axis"];
 
 /// What a line asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Action {
+pub enum Action {
     /// Nothing.
     Nothing,
     /// To be told what can be typed.
@@ -42,7 +43,7 @@ pub(super) enum Action {
 
 impl Action {
     /// Reads a line. The error says what to type.
-    pub(super) fn read(line: &str, product: Option<Product>) -> Result<Self, String> {
+    pub fn read(line: &str, product: Option<Product>) -> Result<Self, String> {
         if line.trim_start().starts_with("//") {
             return Ok(Action::Nothing);
         }

@@ -2,12 +2,11 @@
 
 use std::fmt::Write;
 
-use tmcl_tools::svg::colour::{BLACK, BLUE, GREY, ORANGE, SHADE};
-use tmcl_tools::svg::{Area, Image, Scale, grouped, stroke};
-
 use super::coolstep::{AtSpeed, Row};
 use super::stallguard::Curve;
 use super::stats::Stats;
+use crate::svg::colour::{BLACK, BLUE, GREY, ORANGE, SHADE};
+use crate::svg::{Area, Image, Scale, grouped, stroke};
 
 const WIDTH: f64 = 800.0;
 const LEFT: f64 = 70.0;

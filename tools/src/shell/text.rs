@@ -1,8 +1,7 @@
 //! The text of what the shell tells.
 
-use tmcl_tools::product::with_unit;
-
 use super::state::{JogEnd, Left, State};
+use crate::product::with_unit;
 
 /// What can be typed.
 const HELP: &str = "\
@@ -17,7 +16,7 @@ quit                 the end, as Ctrl-D; motors go on as they are
 Tab completes commands and names, the up arrow brings back a line.";
 
 /// The text of a state, in one line where it is not help.
-pub(super) fn text(state: &State) -> String {
+pub fn text(state: &State) -> String {
     match state {
         State::Connected { module } => format!("{module}; help shows what can be typed"),
         State::Help => HELP.into(),
@@ -67,25 +66,12 @@ pub(super) fn text(state: &State) -> String {
     }
 }
 
-/// A line that fits a terminal with so many columns.
-pub(super) fn fitting(line: &str, columns: usize) -> String {
-    const CUT: &str = "...";
-    let most = columns.saturating_sub(1);
-    if line.chars().count() <= most {
-        return line.into();
-    }
-    let kept: String = line.chars().take(most.saturating_sub(CUT.len())).collect();
-    kept + CUT
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_cut_where_the_terminal_ends() {
-        assert_eq!(fitting("position 5", 11), "position 5");
-        assert_eq!(fitting("position 5", 10), "positi...");
+    fn help_fits_a_terminal() {
         assert!(HELP.lines().all(|line| line.chars().count() < 80));
     }
 

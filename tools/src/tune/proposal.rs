@@ -1,20 +1,18 @@
 //! What is proposed: commands with a reason each.
 
-use std::io::Write;
-
-use crate::failure::Failure;
+use std::fmt;
 
 /// A setting that is proposed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Proposal {
+pub struct Proposal {
     /// The number of the parameter.
-    pub(super) parameter: u8,
+    pub parameter: u8,
     /// The axis.
-    pub(super) axis: u8,
+    pub axis: u8,
     /// The value.
-    pub(super) value: i32,
+    pub value: i32,
     /// Why.
-    pub(super) reason: String,
+    pub reason: String,
 }
 
 impl Proposal {
@@ -25,7 +23,7 @@ impl Proposal {
 }
 
 /// Writes proposals as lines that a program or a file of settings may have, no wider than `columns`.
-pub(super) fn write(out: &mut impl Write, proposals: &[Proposal], columns: usize) -> Result<(), Failure> {
+pub(super) fn write(out: &mut impl fmt::Write, proposals: &[Proposal], columns: usize) -> fmt::Result {
     let width = proposals.iter().map(|proposal| proposal.command().len()).max().unwrap_or_default();
     let roomy = width + 4 + 30 <= columns;
     for proposal in proposals {
@@ -45,7 +43,7 @@ pub(super) fn write(out: &mut impl Write, proposals: &[Proposal], columns: usize
 }
 
 /// A text in lines of at most `width` characters, as far as its words allow.
-pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {
@@ -75,9 +73,9 @@ mod tests {
             Proposal { parameter: 173, axis: 0, value: 0, reason: "short".into() },
         ];
         let written = |columns| {
-            let mut out = Vec::new();
+            let mut out = String::new();
             write(&mut out, &proposals, columns).unwrap();
-            String::from_utf8(out).unwrap()
+            out
         };
         assert_eq!(
             written(80),
@@ -95,10 +93,10 @@ mod tests {
     #[test]
     fn a_narrow_terminal_has_reasons_below_their_commands() {
         let written = |reason: &str, columns| {
-            let mut out = Vec::new();
+            let mut out = String::new();
             write(&mut out, &[Proposal { parameter: 174, axis: 0, value: -10, reason: reason.into() }], columns)
                 .unwrap();
-            String::from_utf8(out).unwrap()
+            out
         };
         let (thirty, forty_one) = ("abcde fghij klmno pqrst uvwxyz", "abcdefgh abcdefgh abcdefgh abcdefghi stuv");
         assert_eq!((thirty.len(), forty_one.len()), (30, 41));

@@ -1,12 +1,11 @@
 //! Tables of what was measured, for terminals of any width.
 
-use std::io::Write;
+use std::fmt::{self, Write};
 
 use super::coolstep::{self, AtSpeed};
 use super::proposal::wrapped;
 use super::stallguard::Curve;
 use super::stats::Stats;
-use crate::failure::Failure;
 
 /// Most columns of a bar.
 const BAR: usize = 40;
@@ -16,7 +15,7 @@ const MOST: usize = 1023;
 const ROOMY: usize = 60;
 
 /// A line of text, in as many lines as the terminal needs.
-pub(super) fn text(out: &mut impl Write, text: &str, columns: usize) -> Result<(), Failure> {
+pub(super) fn text(out: &mut impl Write, text: &str, columns: usize) -> fmt::Result {
     for line in wrapped(text, columns) {
         writeln!(out, "{line}")?;
     }
@@ -24,7 +23,7 @@ pub(super) fn text(out: &mut impl Write, text: &str, columns: usize) -> Result<(
 }
 
 /// The load values over the threshold: mean, lowest and highest, without and with load.
-pub(super) fn curve(out: &mut impl Write, curve: &Curve, columns: usize) -> Result<(), Failure> {
+pub(super) fn curve(out: &mut impl Write, curve: &Curve, columns: usize) -> fmt::Result {
     writeln!(out, "{:>4} {:>5} {:>4} {:>4} {:>6} {:>4} {:>4}", "174", "free", "low", "high", "loaded", "low", "high")?;
     for (threshold, row) in &curve.rows {
         let [free, low, high] = numbers(row.free);
@@ -43,7 +42,7 @@ pub(super) fn curve(out: &mut impl Write, curve: &Curve, columns: usize) -> Resu
 }
 
 /// The currents over the settings of coolStep: without load, with it, and the load value without.
-pub(super) fn at_speed(out: &mut impl Write, at_speed: &AtSpeed, columns: usize) -> Result<(), Failure> {
+pub(super) fn at_speed(out: &mut impl Write, at_speed: &AtSpeed, columns: usize) -> fmt::Result {
     let wide = columns >= ROOMY;
     let cell = |stats: Option<Stats>| match (stats, wide) {
         (None, _) => "-".into(),
@@ -102,10 +101,10 @@ mod tests {
         Cruise { speed: 800, name: "800 pps".into(), pulses: 800.0, full_step: Duration::from_millis(1) }
     }
 
-    fn lines(write: impl FnOnce(&mut Vec<u8>) -> Result<(), Failure>) -> Vec<String> {
-        let mut out = Vec::new();
+    fn lines(write: impl FnOnce(&mut String) -> fmt::Result) -> Vec<String> {
+        let mut out = String::new();
         write(&mut out).unwrap();
-        String::from_utf8(out).unwrap().lines().map(String::from).collect()
+        out.lines().map(String::from).collect()
     }
 
     /// Numbers take 37 columns and two are free, so with 60 columns 21 are left for a bar, of which a load value of 512 takes
