@@ -18,7 +18,7 @@
 //!   command line nor an operating system: `layers/world.rs`.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
-//! * Only the board uses `unsafe`.
+//! * Only the board uses `unsafe`, and the doors through which a page calls.
 //! * Nothing knows the folder in which it was compiled.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -324,7 +324,9 @@ fn the_services_of_cia_301_know_no_node() {
 /// The roots of all crates of the workspace.
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
-    for package in ["", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "tests/panic_free"] {
+    for package in
+        ["", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "studio", "studio/build", "tests/panic_free"]
+    {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {
@@ -340,18 +342,21 @@ fn roots() -> Vec<PathBuf> {
 
 /// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they bring
 /// along neither the command line nor what only Unix has.
-const CRATES_APART: [(&str, &[&str]); 5] = [
+const CRATES_APART: [(&str, &[&str]); 7] = [
     ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli"]),
     ("sim", &["tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
     ("tools", &["tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
     ("link", &["tmcl_server", "tmcl_cli", "clap"]),
-    ("server", &["tmcl_cli"]),
+    ("server", &["tmcl_cli", "tmcl_studio"]),
+    ("studio/src", &["tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
+    ("studio/build", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
 ];
 #[test]
 fn crates_use_only_those_below_them() {
     for (folder, forbidden) in CRATES_APART {
         let folder = root().join(folder);
-        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let package = if folder.ends_with("src") { folder.parent().unwrap() } else { &folder };
+        let manifest = fs::read_to_string(package.join("Cargo.toml")).unwrap();
         let (_, dependencies) = manifest.split_once("[dependencies]").unwrap();
         for line in dependencies.lines() {
             let name = line.split([' ', '.', '=']).next().unwrap_or_default().replace('-', "_");
@@ -397,15 +402,20 @@ fn the_functions_named_in_the_architecture_are_where_it_says() {
     }
 }
 
+/// Where the sources of all crates are.
+const FOLDERS: [&str; 12] =
+    ["src", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "studio", "tests", "benches", "build.rs"];
+
 #[test]
-fn unsafe_is_left_to_the_board() {
+fn unsafe_is_left_to_the_board_and_the_doors_of_the_page() {
     let board = root().join("src/board");
     // This image uses `unsafe` once, to call a function that does not exist, so that code that can panic does not link.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for folder in ["src", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests", "benches", "build.rs"] {
-        for path in
-            sources(&root().join(folder)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
-        {
+    // What a page calls has a name without the compiler's additions, and it writes answers to where it is told.
+    let doors = root().join("studio/src/doors.rs");
+    for folder in FOLDERS {
+        let may = |path: &Path| path.starts_with(&board) || path == unlinkable || path == doors;
+        for path in sources(&root().join(folder)).iter().filter(|path| !may(path)) {
             assert!(!tokens(&fs::read_to_string(path).unwrap()).contains(&"unsafe"), "{}", path.display());
         }
     }
@@ -417,7 +427,7 @@ fn unsafe_is_left_to_the_board() {
 fn nothing_knows_the_folder_in_which_it_was_compiled() {
     let folders = ["MANIFEST_DIR", "TARGET_TMPDIR", "BIN_EXE_"].map(|name| format!("env!(\"CARGO_{name}"));
     let mut checked = 0;
-    for folder in ["src", "fw", "hal-sim", "sim", "tools", "link", "cli", "tests", "benches", "build.rs"] {
+    for folder in FOLDERS {
         for path in sources(&root().join(folder)) {
             let text = fs::read_to_string(&path).unwrap();
             assert!(!folders.iter().any(|name| text.contains(name)), "{}", path.display());

@@ -144,7 +144,7 @@ pub fn prepare() -> Result<(), String> {
     let mut is_first = false;
     let missing = MISSING.get_or_init(|| {
         is_first = true;
-        install().err()
+        library(TARGET, "the flash image").err()
     });
     match missing {
         None => Ok(()),
@@ -153,21 +153,23 @@ pub fn prepare() -> Result<(), String> {
     }
 }
 
-fn install() -> Result<(), String> {
-    if is_there() {
+/// Sees to it that Rust's library for a target is there, which `who` needs, such as "the flash image". If it cannot be, the error
+/// is one sentence that names the command to run.
+pub fn library(target: &str, who: &str) -> Result<(), String> {
+    if is_there(target) {
         return Ok(());
     }
-    let need = format!("the flash image needs Rust's library for {TARGET}");
+    let need = format!("{who} needs Rust's library for {target}");
     // Set by rustup for all that it starts.
     let Ok(toolchain) = std::env::var("RUSTUP_TOOLCHAIN") else {
         return Err(format!(
             "{need}, which this Rust lacks and, being none of rustup's, must get from where it came from; \
-             with Rust from https://rustup.rs the command is: rustup target add {TARGET}"
+             with Rust from https://rustup.rs the command is: rustup target add {target}"
         ));
     };
-    let arguments = ["target", "add", TARGET, "--toolchain", &toolchain];
+    let arguments = ["target", "add", target, "--toolchain", &toolchain];
     let why = match Command::new("rustup").args(arguments).output() {
-        Ok(output) if output.status.success() && is_there() => return Ok(()),
+        Ok(output) if output.status.success() && is_there(target) => return Ok(()),
         Ok(output) => reason(&output),
         Err(error) => error.to_string(),
     };
@@ -175,9 +177,9 @@ fn install() -> Result<(), String> {
 }
 
 /// Whether the compiler has the library.
-fn is_there() -> bool {
+fn is_there(target: &str) -> bool {
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let output = Command::new(compiler).args(["--print", "target-libdir", "--target", TARGET]).output();
+    let output = Command::new(compiler).args(["--print", "target-libdir", "--target", target]).output();
     output.is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim_end()).is_dir())
 }
 

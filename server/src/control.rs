@@ -7,13 +7,12 @@ use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
 use rustix::event::PollFlags;
+use tmcl_tools::desk::{ControllerId, Outcome, Told, Watch, Watcher, answer};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 
-use crate::answer::{Told, answer};
 use crate::stream::{Input, Stream};
 use crate::tcp::{Guest, MOST_CONNECTIONS};
-use crate::watch::Watch;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;
@@ -26,23 +25,6 @@ const MOST_WAITING: usize = 32 * 1024;
 /// nothing gets some, too, because the system finds room for them.
 const PATIENCE: Duration = Duration::from_secs(1);
 const LEAST_READ: u64 = 256 * 1024;
-
-/// Number of a connection to the control port; no other has it, before or after.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ControllerId(pub u64);
-
-/// What becomes of a line.
-#[derive(Debug)]
-pub enum Outcome {
-    /// It has been carried out, and there may be something to tell.
-    Done(Option<Told>),
-    /// It takes virtual time; [`Controller::answer`] has the answer.
-    Later,
-    /// Lines of a watch follow the answer, and take the place of those of an earlier watch.
-    Watch(Watch),
-    /// No more lines of a watch follow.
-    Unwatch,
-}
 
 /// A connection to the control port.
 #[derive(Debug)]
@@ -135,40 +117,6 @@ impl Controller {
         self.stream.write(format!("{line}\n").as_bytes());
     }
 
-    /// When the next line of the watch is due.
-    pub fn watch_due(&self) -> Option<Nanos> {
-        self.watch.as_ref().map(Watch::due)
-    }
-
-    /// Writes the lines of the watch that are due. Those for which the client has left no room are lost, but counted. The
-    /// room behind them is that of an answer.
-    pub fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
-        let Some(watch) = &mut self.watch else { return };
-        while watch.due() <= fleet.now() {
-            if self.stream.waiting() < MOST_WAITING {
-                let line = watch.take(fleet);
-                self.stream.write(format!("{line}\n").as_bytes());
-            } else {
-                watch.miss();
-            }
-        }
-    }
-
-    /// True if the next line of the watch would be lost, because the client, which goes on reading, has not read those before.
-    pub fn is_behind(&mut self) -> bool {
-        let has_room = self.stream.waiting() < MOST_WAITING || self.stream.broken();
-        let Some(watch) = self.watch.as_mut().filter(|watch| watch.is_awaited() && !has_room) else { return false };
-        let (since, written) = self.looked;
-        if since.elapsed() >= PATIENCE {
-            self.looked = (Instant::now(), self.stream.written());
-            // A look that is older is one at another time of waiting.
-            if since.elapsed() < 2 * PATIENCE && self.stream.written() - written < LEAST_READ {
-                watch.forgo();
-            }
-        }
-        watch.is_awaited()
-    }
-
     /// Ends the watch, if there is one, for a reason that the client is told.
     pub fn end_watch(&mut self, why: &'static str) {
         if self.watch.take().is_some() {
@@ -196,6 +144,42 @@ impl Controller {
 
     fn wants_more(&self) -> bool {
         self.unread.is_empty() && !self.owed && !self.stream.is_full()
+    }
+}
+
+impl Watcher for Controller {
+    /// When the next line of the watch is due.
+    fn watch_due(&self) -> Option<Nanos> {
+        self.watch.as_ref().map(Watch::due)
+    }
+
+    /// Writes the lines of the watch that are due. Those for which the client has left no room are lost, but counted. The
+    /// room behind them is that of an answer.
+    fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
+        let Some(watch) = &mut self.watch else { return };
+        while watch.due() <= fleet.now() {
+            if self.stream.waiting() < MOST_WAITING {
+                let line = watch.take(fleet);
+                self.stream.write(format!("{line}\n").as_bytes());
+            } else {
+                watch.miss();
+            }
+        }
+    }
+
+    /// True if the next line of the watch would be lost, because the client, which goes on reading, has not read those before.
+    fn is_behind(&mut self) -> bool {
+        let has_room = self.stream.waiting() < MOST_WAITING || self.stream.broken();
+        let Some(watch) = self.watch.as_mut().filter(|watch| watch.is_awaited() && !has_room) else { return false };
+        let (since, written) = self.looked;
+        if since.elapsed() >= PATIENCE {
+            self.looked = (Instant::now(), self.stream.written());
+            // A look that is older is one at another time of waiting.
+            if since.elapsed() < 2 * PATIENCE && self.stream.written() - written < LEAST_READ {
+                watch.forgo();
+            }
+        }
+        watch.is_awaited()
     }
 }
 

@@ -8,13 +8,10 @@
 //! * [`files`] - files that are read up to a size, and take the place of others
 //! * [`links`] - the USB link of module 1, the buses and the control port; [`pty`], [`tcp`], [`slcan`], [`endpoint`] and
 //!   [`stream`] are what they are made of
-//! * [`control`], [`answer`], [`watch`] - the control port
-//! * [`pacing`] - how fast virtual time goes
+//! * [`control`] - the control port, whose desk is that of [`tmcl_tools::desk`]
 
-pub mod answer;
 pub mod console;
 pub mod control;
-mod desk;
 pub mod eeprom;
 mod ending;
 pub mod endpoint;
@@ -23,11 +20,9 @@ pub mod failure;
 pub mod files;
 mod greeting;
 pub mod image;
-mod inquiries;
 mod introduce;
 pub mod links;
 pub mod options;
-pub mod pacing;
 pub mod pty;
 mod ready;
 mod run;
@@ -35,8 +30,6 @@ mod simulator;
 pub mod slcan;
 pub mod stream;
 pub mod tcp;
-mod timekeeper;
-pub mod watch;
 pub mod worlds;
 
 pub use run::run;

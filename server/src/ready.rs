@@ -4,8 +4,8 @@ use std::io::{self, Write};
 use std::net::SocketAddr;
 
 use serde::Serialize;
+use tmcl_tools::desk::Going;
 
-use crate::answer::Going;
 use crate::links::Links;
 use crate::options::{Firmware, Options};
 use crate::pty::Pty;

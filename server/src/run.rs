@@ -1,24 +1,22 @@
 //! From the options to modules that run.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use tmcl_tools::desk::{ControllerId, Inquiries, Timekeeper};
 use tmcm::canopen;
 use tmcm::module::Spec;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::{Product, VirtualModule};
 
 use crate::console::Console;
-use crate::control::ControllerId;
 use crate::eeprom::EepromFile;
 use crate::ending::Ending;
 use crate::factory::Factory;
 use crate::failure::Failure;
 use crate::image::Image;
-use crate::inquiries::Inquiries;
 use crate::links::Links;
 use crate::options::{Firmware, Options};
 use crate::simulator::Simulator;
-use crate::timekeeper::Timekeeper;
 use crate::{SEED, introduce, ready, worlds};
 
 /// Longest sleep while the modules have nothing to do for a host.
@@ -87,10 +85,11 @@ fn serve<M: VirtualModule>(
     }
     out.flush()?;
     drop(out);
-    let timekeeper = Timekeeper::new(options.speed, options.paused, fleet.now());
+    let timekeeper = Timekeeper::new(options.speed, options.paused, Duration::ZERO, fleet.now());
     let kinds = options.product.iter().map(|product| product.kind()).collect();
     let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
     let (inquiries, last_controller) = (Inquiries::default(), ControllerId(0));
-    let say = console.say;
-    Simulator { stop, factory, fleet, kinds, links, timekeeper, inquiries, nap, telegrams, say, last_controller }.run()
+    let (say, begun) = (console.say, Instant::now());
+    Simulator { stop, factory, fleet, kinds, links, timekeeper, inquiries, nap, telegrams, say, begun, last_controller }
+        .run()
 }

@@ -11,18 +11,15 @@ use hal_sim::board::BoardKind;
 use hal_sim::clock::SECOND;
 use rustix::event::{PollFd, PollFlags, Timespec};
 use tmcl_link::wording::words;
+use tmcl_tools::desk::{ControllerId, Finished, Inquiries, Timekeeper, Told, carry_out};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Lost};
 
-use crate::answer::Told;
-use crate::control::{Controller, ControllerId};
-use crate::desk;
+use crate::control::Controller;
 use crate::ending::Ending;
 use crate::factory::Factory;
 use crate::failure::Failure;
-use crate::inquiries::Inquiries;
 use crate::links::Links;
-use crate::timekeeper::{Finished, Timekeeper};
 
 /// The state of the running simulator.
 pub(crate) struct Simulator<'a, M> {
@@ -41,6 +38,8 @@ pub(crate) struct Simulator<'a, M> {
     pub(crate) telegrams: Option<Box<dyn Write>>,
     /// Tells a person something.
     pub(crate) say: fn(&str),
+    /// The beginning from which the timekeeper counts.
+    pub(crate) begun: Instant,
     /// Number of the last connection to the control port.
     pub(crate) last_controller: ControllerId,
 }
@@ -52,10 +51,12 @@ impl<M: VirtualModule> Simulator<'_, M> {
     /// A module cannot go on, or the system refuses to wait.
     pub(crate) fn run(mut self) -> Result<(), Failure> {
         while !self.sleep()? {
-            self.timekeeper.run(&mut self.fleet, self.links.controllers());
+            let begun = self.begun;
+            let clock = move || begun.elapsed();
+            self.timekeeper.run(&mut self.fleet, self.links.controllers(), &clock);
             self.take_requests();
             self.restart()?;
-            let finished = self.timekeeper.serve(&mut self.fleet, self.links.controllers());
+            let finished = self.timekeeper.serve(&mut self.fleet, self.links.controllers(), &clock);
             // A reply is in the log before its host has it.
             self.log_telegrams()?;
             self.hand_out_replies(finished);
@@ -67,7 +68,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
 
     /// Sleeps until bytes arrive or there is something to do. True if the program is to end.
     fn sleep(&mut self) -> Result<bool, Failure> {
-        let mut wake = self.timekeeper.wake(&self.fleet, self.nap);
+        let mut wake = self.begun + self.timekeeper.wake(self.begun.elapsed(), &self.fleet, self.nap);
         wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
         if self.links.has_lines() {
             wake = Instant::now();
@@ -107,13 +108,14 @@ impl<M: VirtualModule> Simulator<'_, M> {
                         // A host may have written to a link before this line, after the link was looked at.
                         self.links.receive(&mut self.fleet).iter().for_each(|message| (self.say)(message));
                     }
-                    let outcome = desk::carry_out(
+                    let outcome = carry_out(
                         from,
                         line,
                         &self.kinds,
                         &mut self.fleet,
                         &mut self.timekeeper,
                         &mut self.inquiries,
+                        self.begun.elapsed(),
                     );
                     // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
                     // answer.
@@ -135,7 +137,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
         if self.telegrams.is_some() {
             self.fleet.log_telegrams();
         }
-        self.timekeeper = self.timekeeper.anew(self.fleet.now());
+        self.timekeeper = self.timekeeper.anew(self.begun.elapsed(), self.fleet.now());
         self.links.lose(Lost { usb: true, buses: true, hosts: false });
         // The cable is in again, and who reads the answer may open the port.
         self.links.follow(&mut self.fleet).iter().for_each(|message| (self.say)(message));

@@ -13,6 +13,7 @@
 //! * [`request`] - commands as users type them; [`replies`] - what a module says to them
 //! * [`scan`] - the modules on a link
 //! * [`shell`] - direct mode: lines, what there is to tell, and a motor that moves while a key is held
+//! * [`desk`] - lines of the control port, and how virtual time passes
 //! * [`run`] - a program on a virtual module, in virtual time
 //! * [`calc`] - speeds, accelerations, times and currents in the units of a product
 //! * [`tune`] - settings of stallGuard2 and coolStep by measurement
@@ -27,6 +28,7 @@ pub mod asm;
 pub mod calc;
 pub mod conversation;
 pub mod debug;
+pub mod desk;
 pub mod disasm;
 pub mod dump;
 pub mod eds;

@@ -2,7 +2,6 @@
 
 use std::task::Poll;
 
-use tmcl_tools::request::{Answered, Typed};
 use tmcm::tmcl::Command;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;
@@ -11,9 +10,10 @@ use tmcm_sim::wire::words::depends_on_unit_mode;
 use tmcm_sim::wire::{Reply, stays_unanswered};
 use tmcm_sim::{Product, binary::Telegram};
 
-use crate::answer::Told;
-use crate::control::ControllerId;
-use crate::timekeeper::Finished;
+use super::answer::Told;
+use super::controller::ControllerId;
+use super::timekeeper::Finished;
+use crate::request::{Answered, Typed};
 
 /// Why there may be no reply.
 const SILENCE: &str = "no reply; is the module's power on, its USB cable in, and its USB link in binary mode? With --image \
@@ -21,7 +21,7 @@ const SILENCE: &str = "no reply; is the module's power on, its USB cable in, and
 
 /// What is waited for, oldest first.
 #[derive(Debug, Default)]
-pub(crate) struct Inquiries(Vec<Inquiry>);
+pub struct Inquiries(Vec<Inquiry>);
 
 #[derive(Debug)]
 struct Inquiry {
@@ -38,7 +38,7 @@ impl Inquiries {
     ///
     /// # Errors
     /// It is no command, or one with a name that the module's product does not have.
-    pub(crate) fn ask(
+    pub fn ask(
         &mut self,
         asker: ControllerId,
         fleet: &mut Fleet<impl VirtualModule>,
@@ -54,7 +54,7 @@ impl Inquiries {
     }
 
     /// Takes those of which it is known how they end.
-    pub(crate) fn finished(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> Vec<Finished> {
+    pub fn finished(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> Vec<Finished> {
         let mut finished = Vec::new();
         self.0.retain(|inquiry| match fleet.reply_to(inquiry.client) {
             Poll::Ready(reply) => {
@@ -67,7 +67,7 @@ impl Inquiries {
     }
 
     /// Ends all of them without a reply.
-    pub(crate) fn end(&mut self) -> Vec<Finished> {
+    pub fn end(&mut self) -> Vec<Finished> {
         self.0.drain(..).map(|inquiry| inquiry.outcome(None)).collect()
     }
 }

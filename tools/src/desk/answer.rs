@@ -3,7 +3,8 @@
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::Serialize;
-use tmcl_tools::request::Answered;
+
+use crate::request::Answered;
 
 /// An answer. Serialised it is one line.
 #[derive(Serialize)]

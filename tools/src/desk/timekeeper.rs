@@ -3,7 +3,7 @@
 //! Nothing here holds the simulator up. What takes long is done in turns, and between them links and connections are
 //! served.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
@@ -12,9 +12,9 @@ use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::{Seen, Speed};
 use tmcm_sim::scenario::condition::Condition;
 
-use crate::answer::{Going, Report, Told};
-use crate::control::{Controller, ControllerId};
-use crate::pacing::Pacer;
+use super::answer::{Going, Report, Told};
+use super::controller::{ControllerId, Watcher};
+use super::pacing::Pacer;
 
 /// Longest real time spent on virtual time before links and connections are served again.
 const LONGEST_TURN: Duration = Duration::from_millis(2);
@@ -27,7 +27,7 @@ const REST: Duration = Duration::from_millis(50);
 
 /// How virtual time passes, and on whose behalf.
 #[derive(Debug)]
-pub(crate) struct Timekeeper {
+pub struct Timekeeper {
     pacer: Pacer,
     /// While time is paused: how much of it passes after each reply.
     paused: Option<Nanos>,
@@ -56,7 +56,7 @@ struct Errand {
 
 /// What is to be done.
 #[derive(Debug)]
-pub(crate) enum Task {
+pub enum Task {
     /// Time passes.
     Step(Nanos),
     /// Time passes until something holds, but not longer.
@@ -105,13 +105,13 @@ impl Task {
 }
 
 /// What a connection waited for has been done: whose it is, and its answer.
-pub(crate) type Finished = (ControllerId, Result<Option<Told>, String>);
+pub type Finished = (ControllerId, Result<Option<Told>, String>);
 
 impl Timekeeper {
-    /// The timekeeper from `now` on: by the clock at this speed; or paused, and `paused` is how much time passes after each
+    /// The timekeeper from virtual time `now` on, at the moment `at`: by the clock at this speed; or paused, and `paused` is how much time passes after each
     /// reply.
-    pub(crate) fn new(speed: Speed, paused: Option<Nanos>, now: Nanos) -> Self {
-        let pacer = Pacer::new(speed, Instant::now(), now);
+    pub fn new(speed: Speed, paused: Option<Nanos>, at: Duration, now: Nanos) -> Self {
+        let pacer = Pacer::new(speed, at, now);
         Timekeeper {
             pacer,
             paused,
@@ -124,46 +124,46 @@ impl Timekeeper {
         }
     }
 
-    /// The timekeeper of new modules from `now` on, paused and as fast as this one.
-    pub(crate) fn anew(&mut self, now: Nanos) -> Self {
+    /// The timekeeper of new modules from virtual time `now` on, at the moment `at`, paused and as fast as this one.
+    pub fn anew(&mut self, at: Duration, now: Nanos) -> Self {
         let interrupters = std::mem::take(&mut self.interrupters);
-        Timekeeper { interrupters, ..Self::new(self.pacer.wanted(), self.paused, now) }
+        Timekeeper { interrupters, ..Self::new(self.pacer.wanted(), self.paused, at, now) }
     }
 
     /// True while time passes by steps and for requests alone.
-    pub(crate) fn is_paused(&self) -> bool {
+    pub fn is_paused(&self) -> bool {
         self.paused.is_some()
     }
 
     /// True while a step is wanted or under way: what hosts send meanwhile is taken when it has ended.
-    pub(crate) fn is_stepping(&self) -> bool {
+    pub fn is_stepping(&self) -> bool {
         self.errand.is_some()
     }
 
     /// True while replies are kept back, because time is to pass after one of them before its host can go on.
-    pub(crate) fn holds_replies(&self) -> bool {
+    pub fn holds_replies(&self) -> bool {
         self.debt > 0
     }
 
     /// True while time is paused and nobody waits for some of it to pass.
-    pub(crate) fn is_at_rest(&self) -> bool {
+    pub fn is_at_rest(&self) -> bool {
         self.is_paused() && !self.is_working
     }
 
     /// Who has asked for a restart, which is for the owner of the modules to do.
-    pub(crate) fn take_restart(&mut self) -> Option<ControllerId> {
+    pub fn take_restart(&mut self) -> Option<ControllerId> {
         self.restart.take()
     }
 
     /// Who has waited for the end of what was under way, once it has come.
-    pub(crate) fn take_interrupters(&mut self) -> Vec<ControllerId> {
+    pub fn take_interrupters(&mut self) -> Vec<ControllerId> {
         if self.is_busy() { Vec::new() } else { std::mem::take(&mut self.interrupters) }
     }
 
     /// How time goes, for the answer to `state`.
-    pub(crate) fn report(&mut self, state: State, now: Nanos) -> Report {
+    pub fn report(&mut self, state: State, at: Duration, now: Nanos) -> Report {
         if self.is_paused() {
-            self.pacer.rest(Instant::now(), now);
+            self.pacer.rest(at, now);
         }
         Report {
             state,
@@ -174,18 +174,18 @@ impl Timekeeper {
     }
 
     /// Whether time goes by the clock.
-    pub(crate) fn going(&self) -> Going {
+    pub fn going(&self) -> Going {
         if self.is_paused() { Going::Paused } else { Going::Running }
     }
 
     /// How far behind time is, if a person should be told, and how fast it has been going.
-    pub(crate) fn lag(&mut self) -> Option<(Nanos, f64)> {
+    pub fn lag(&mut self) -> Option<(Nanos, f64)> {
         let achieved = self.pacer.achieved();
         self.pacer.lag().map(|lag| (lag, achieved))
     }
 
     /// Time stands still from now on, and `after_reply` of it passes after each reply.
-    pub(crate) fn pause(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
+    pub fn pause(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
         self.refuse_if_busy()?;
         if !self.is_paused() {
             self.counted = fleet.answered();
@@ -195,21 +195,21 @@ impl Timekeeper {
     }
 
     /// Time goes by the clock from now on. What the clock has gone meanwhile is not made up for.
-    pub(crate) fn resume(&mut self, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
+    pub fn resume(&mut self, at: Duration, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
         self.refuse_if_busy()?;
         self.paused = None;
         self.debt = 0;
-        self.pacer.rest(Instant::now(), fleet.now());
+        self.pacer.rest(at, fleet.now());
         Ok(())
     }
 
     /// Changes how fast time goes by the clock.
-    pub(crate) fn set_speed(&mut self, speed: Speed) {
-        self.pacer.set_speed(speed, Instant::now());
+    pub fn set_speed(&mut self, speed: Speed, at: Duration) {
+        self.pacer.set_speed(speed, at);
     }
 
     /// Begins with what takes virtual time, as soon as no request waits for its reply. The answer is for `asker`.
-    pub(crate) fn begin(&mut self, asker: ControllerId, task: Task) -> Result<(), String> {
+    pub fn begin(&mut self, asker: ControllerId, task: Task) -> Result<(), String> {
         self.refuse_if_busy()?;
         if !self.is_paused() {
             return Err(format!("time goes by the clock, so there is no '{}': write 'pause' before it", task.name()));
@@ -219,7 +219,7 @@ impl Timekeeper {
     }
 
     /// All is to begin anew. The answer is for `asker`.
-    pub(crate) fn ask_restart(&mut self, asker: ControllerId) -> Result<(), String> {
+    pub fn ask_restart(&mut self, asker: ControllerId) -> Result<(), String> {
         self.refuse_if_busy()?;
         self.restart = Some(asker);
         Ok(())
@@ -227,7 +227,7 @@ impl Timekeeper {
 
     /// Ends what is under way for a connection, as if its time were over, and `from` waits until it has ended: the next line
     /// of `from` comes after that. False if nothing is under way.
-    pub(crate) fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
+    pub fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
         if let Some(errand) = &mut self.errand {
             errand.goal = Some(now);
         }
@@ -245,7 +245,7 @@ impl Timekeeper {
 
     /// # Errors
     /// Something is under way that takes virtual time, or a restart is to come.
-    pub(crate) fn refuse_if_busy(&self) -> Result<(), String> {
+    pub fn refuse_if_busy(&self) -> Result<(), String> {
         let name = match (&self.errand, self.restart) {
             (Some(errand), _) => errand.task.name(),
             (None, Some(_)) => "restart",
@@ -254,11 +254,11 @@ impl Timekeeper {
         Err(format!("busy: a '{name}' is under way; write this again when that is answered"))
     }
 
-    /// When the simulator has something to do again although nothing arrives. `nap` is its longest sleep while the modules
+    /// When, after the moment `at`, the simulator has something to do again although nothing arrives. `nap` is its longest sleep while the modules
     /// have nothing to do for a host.
-    pub(crate) fn wake(&self, fleet: &Fleet<impl VirtualModule>, nap: Duration) -> Instant {
+    pub fn wake(&self, at: Duration, fleet: &Fleet<impl VirtualModule>, nap: Duration) -> Duration {
         if self.is_paused() {
-            return Instant::now() + if self.is_at_rest() { REST } else { Duration::ZERO };
+            return at + if self.is_at_rest() { REST } else { Duration::ZERO };
         }
         let nap = if self.pacer.is_behind() { Duration::ZERO } else { nap };
         let wake = self.pacer.when(self.pacer.reached()) + nap;
@@ -267,13 +267,18 @@ impl Timekeeper {
     }
 
     /// Lets time pass by the clock, up to the present or as far as a turn suffices.
-    pub(crate) fn run(&mut self, fleet: &mut Fleet<impl VirtualModule>, watchers: &mut [Controller]) {
+    pub fn run(
+        &mut self,
+        fleet: &mut Fleet<impl VirtualModule>,
+        watchers: &mut [impl Watcher],
+        clock: &dyn Fn() -> Duration,
+    ) {
         if self.is_paused() {
             return;
         }
-        let begun = Instant::now();
+        let begun = clock();
         let goal = self.pacer.advance(begun);
-        while self.pacer.is_behind() && begun.elapsed() < LONGEST_TURN {
+        while self.pacer.is_behind() && clock().saturating_sub(begun) < LONGEST_TURN {
             let to = goal.min(self.pacer.reached() + stretch(fleet));
             pass(to, fleet, watchers);
             self.pacer.reach(to);
@@ -282,13 +287,14 @@ impl Timekeeper {
 
     /// Lets paused time pass for those who wait for it, as far as is needed or as a turn suffices. Gives what has been done
     /// for a connection.
-    pub(crate) fn serve(
+    pub fn serve(
         &mut self,
         fleet: &mut Fleet<impl VirtualModule>,
-        watchers: &mut [Controller],
+        watchers: &mut [impl Watcher],
+        clock: &dyn Fn() -> Duration,
     ) -> Option<Finished> {
         let after_reply = self.paused?;
-        let begun = Instant::now();
+        let begun = clock();
         let finished = loop {
             match self.portion(after_reply, fleet, watchers) {
                 Portion::Idle => {
@@ -299,14 +305,14 @@ impl Timekeeper {
                     self.is_working = true;
                     break Some(finished);
                 }
-                Portion::Passed if begun.elapsed() < LONGEST_TURN => {}
+                Portion::Passed if clock().saturating_sub(begun) < LONGEST_TURN => {}
                 Portion::Passed => {
                     self.is_working = true;
                     break None;
                 }
             }
         };
-        self.pacer.rest(Instant::now(), fleet.now());
+        self.pacer.rest(clock(), fleet.now());
         finished
     }
 
@@ -316,19 +322,19 @@ impl Timekeeper {
         &mut self,
         after_reply: Nanos,
         fleet: &mut Fleet<impl VirtualModule>,
-        watchers: &mut [Controller],
+        watchers: &mut [impl Watcher],
     ) -> Portion {
         let now = fleet.now();
         if let Some(Errand { asker, task, goal: Some(goal) }) = &mut self.errand {
             let (asker, goal) = (*asker, *goal);
             // No watch loses a line: time waits until its client has read.
-            if now < goal && watchers.iter_mut().any(Controller::is_behind) {
+            if now < goal && watchers.iter_mut().any(Watcher::is_behind) {
                 return Portion::Idle;
             }
             let Some(result) = task.outcome(fleet, now >= goal) else {
                 let span = if matches!(task, Task::Step(_)) { stretch(fleet) } else { PORTION };
                 let to = goal.min(now.saturating_add(span));
-                while fleet.now() < to && !watchers.iter_mut().any(Controller::is_behind) {
+                while fleet.now() < to && !watchers.iter_mut().any(Watcher::is_behind) {
                     pass(next_line(watchers).map_or(to, |due| due.min(to)), fleet, watchers);
                 }
                 return Portion::Passed;
@@ -372,12 +378,12 @@ fn stretch(fleet: &Fleet<impl VirtualModule>) -> Nanos {
 }
 
 /// When the first line of a watch is due.
-fn next_line(watchers: &[Controller]) -> Option<Nanos> {
-    watchers.iter().filter_map(Controller::watch_due).min()
+fn next_line(watchers: &[impl Watcher]) -> Option<Nanos> {
+    watchers.iter().filter_map(Watcher::watch_due).min()
 }
 
 /// Lets time pass until `to`, and tells those who watch at their times.
-fn pass(to: Nanos, fleet: &mut Fleet<impl VirtualModule>, watchers: &mut [Controller]) {
+fn pass(to: Nanos, fleet: &mut Fleet<impl VirtualModule>, watchers: &mut [impl Watcher]) {
     while fleet.now() < to {
         fleet.run_until(next_line(watchers).map_or(to, |due| due.min(to)));
         watchers.iter_mut().for_each(|watcher| watcher.tell(fleet));

@@ -1,6 +1,6 @@
-//! The pace of virtual time, measured against the computer's clock.
+//! The pace of virtual time, measured against a clock, whose moments are spans since a beginning of its own.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hal_sim::clock::Nanos;
 use tmcm_sim::protocol::Speed;
@@ -19,13 +19,13 @@ pub struct Pacer {
     /// Wanted speed.
     speed: Speed,
     /// When the goal was last moved.
-    last: Instant,
+    last: Duration,
     /// How far virtual time may go.
     goal: Nanos,
     /// How far virtual time has gone.
     reached: Nanos,
     /// Where the previous and the present measurement of the achieved speed began.
-    marks: [(Instant, Nanos); 2],
+    marks: [(Duration, Nanos); 2],
     /// How far virtual time would have gone without any lag.
     ideal: Nanos,
     /// The lag to be reported next, measured on the clock.
@@ -33,8 +33,8 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// A pacer for virtual time that is at `now` at the instant `at`, and is to go at this speed.
-    pub fn new(speed: Speed, at: Instant, now: Nanos) -> Self {
+    /// A pacer for virtual time that is at `now` at the moment `at`, and is to go at this speed.
+    pub fn new(speed: Speed, at: Duration, now: Nanos) -> Self {
         let marks = [(at, now); 2];
         Pacer { speed, last: at, goal: now, reached: now, marks, ideal: now, next_report: SHORTEST_REPORT }
     }
@@ -45,12 +45,12 @@ impl Pacer {
     }
 
     /// Changes the wanted speed. What virtual time lags behind is forgotten.
-    pub fn set_speed(&mut self, speed: Speed, at: Instant) {
+    pub fn set_speed(&mut self, speed: Speed, at: Duration) {
         *self = Pacer::new(speed, at, self.reached);
     }
 
-    /// Moves the goal to how far virtual time may go by the instant `at`, and returns the goal.
-    pub fn advance(&mut self, at: Instant) -> Nanos {
+    /// Moves the goal to how far virtual time may go by the moment `at`, and returns the goal.
+    pub fn advance(&mut self, at: Duration) -> Nanos {
         let span = self.measure(at);
         if let Some(gained) = self.scaled(span) {
             self.ideal += gained;
@@ -63,9 +63,9 @@ impl Pacer {
         self.goal
     }
 
-    /// Virtual time has not gone by the clock up to the instant `at`, but somebody has taken it as far as `now`: so there
+    /// Virtual time has not gone by the clock up to the moment `at`, but somebody has taken it as far as `now`: so there
     /// is nothing to be made up for.
-    pub fn rest(&mut self, at: Instant, now: Nanos) {
+    pub fn rest(&mut self, at: Duration, now: Nanos) {
         self.measure(at);
         self.reached = now;
         self.goal = now;
@@ -73,12 +73,12 @@ impl Pacer {
     }
 
     /// The span of the clock since the last call, for the measurement of the achieved speed.
-    fn measure(&mut self, at: Instant) -> Duration {
+    fn measure(&mut self, at: Duration) -> Duration {
         let [_, present] = self.marks;
-        if self.last.saturating_duration_since(present.0) >= WINDOW {
+        if self.last.saturating_sub(present.0) >= WINDOW {
             self.marks = [present, (self.last, self.reached)];
         }
-        let span = at.saturating_duration_since(self.last);
+        let span = at.saturating_sub(self.last);
         self.last = at;
         span
     }
@@ -98,8 +98,8 @@ impl Pacer {
         self.reached < self.goal
     }
 
-    /// The instant from which virtual time may be at `due`.
-    pub fn when(&self, due: Nanos) -> Instant {
+    /// The moment from which virtual time may be at `due`.
+    pub fn when(&self, due: Nanos) -> Duration {
         match self.speed {
             Speed::Factor(factor) => {
                 let ahead = due.saturating_sub(self.goal) as f64 / factor;
@@ -112,7 +112,7 @@ impl Pacer {
     /// Speed that virtual time achieved in the last one or two seconds, as a multiple of the clock's.
     pub fn achieved(&self) -> f64 {
         let [(begun, from), _] = self.marks;
-        let span = self.last.saturating_duration_since(begun).as_nanos();
+        let span = self.last.saturating_sub(begun).as_nanos();
         if span == 0 { 0.0 } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
@@ -143,8 +143,8 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Lets virtual time go to its goal at the instant `at`, and returns the goal.
-    fn go(pacer: &mut Pacer, at: Instant) -> Nanos {
+    /// Lets virtual time go to its goal at the moment `at`, and returns the goal.
+    fn go(pacer: &mut Pacer, at: Duration) -> Nanos {
         let goal = pacer.advance(at);
         pacer.reach(goal);
         goal
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn time_goes_by_the_factor() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(2.5), start, 0);
         assert_eq!(go(&mut pacer, start + 4 * MS), 10_000_000);
         assert_eq!(pacer.when(15_000_000), start + 6 * MS);
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_long_pause_is_not_made_up_for() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
         assert_eq!(go(&mut pacer, start + 500 * MS), 20_000_000);
         assert_eq!(go(&mut pacer, start + 510 * MS), 30_000_000);
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn where_the_computer_is_too_slow_time_lags() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(2.0), start, 0);
         for n in 1..=100 {
             pacer.advance(start + n * 10 * MS);
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_lag_is_reported_each_time_it_has_doubled() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(2.0), start, 7_000_000);
         assert_eq!(pacer.reached(), 7_000_000);
         let told: Vec<Nanos> = (1..=1000)
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn as_fast_as_it_can_time_has_no_goal_and_never_lags() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Max, start, 5);
         assert_eq!(pacer.advance(start + 10_000 * MS), Nanos::MAX);
         assert!(pacer.is_behind() && pacer.lag().is_none());
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn what_passes_without_the_clock_is_not_made_up_for() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
         pacer.advance(start + 10 * MS);
         pacer.rest(start + 500 * MS, 2_000_000_000);
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn the_achieved_speed_forgets_the_past() {
-        let start = Instant::now();
+        let start = Duration::ZERO;
         let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
         go(&mut pacer, start + 1000 * MS);
         for n in 1..=200 {

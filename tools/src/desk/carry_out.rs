@@ -1,33 +1,38 @@
 //! Carries out the lines that come to the control port.
 
+use std::time::Duration;
+
 use hal_sim::board::BoardKind;
-use tmcl_tools::suggest::{module_command, world_command};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::{Request, Seen};
 
-use crate::answer::Told;
-use crate::control::{ControllerId, Outcome};
-use crate::inquiries::Inquiries;
-use crate::timekeeper::{Task, Timekeeper};
-use crate::watch::Watch;
+use super::answer::Told;
+use super::controller::{ControllerId, Outcome};
+use super::inquiries::Inquiries;
+use super::timekeeper::{Task, Timekeeper};
+use super::watch::Watch;
+use crate::suggest::{module_command, world_command};
 
 /// Carries out a line from a connection to the control port, or begins with it. `kinds` are the boards of the modules, that
 /// of module 1 first.
 ///
 /// # Errors
 /// The line asks for what there is not, or what cannot be done now; then nothing has been changed.
-pub(crate) fn carry_out(
+pub fn carry_out(
     from: ControllerId,
     line: &str,
     kinds: &[&'static BoardKind],
     fleet: &mut Fleet<impl VirtualModule>,
     timekeeper: &mut Timekeeper,
     inquiries: &mut Inquiries,
+    at: Duration,
 ) -> Result<Outcome, String> {
     let now = fleet.now();
     let told = match Request::parse(line, kinds).map_err(|error| misplaced(line).unwrap_or(error))? {
-        Request::World(line) => fleet.control(&line)?.map(|state| Told::State(Box::new(timekeeper.report(state, now)))),
+        Request::World(line) => {
+            fleet.control(&line)?.map(|state| Told::State(Box::new(timekeeper.report(state, at, now))))
+        }
         Request::At { delay, line } => {
             fleet.at(delay, line)?;
             Some(Told::time(now + delay))
@@ -37,11 +42,11 @@ pub(crate) fn carry_out(
             Some(Told::time(now))
         }
         Request::Resume => {
-            timekeeper.resume(fleet)?;
+            timekeeper.resume(at, fleet)?;
             Some(Told::time(now))
         }
         Request::Speed(speed) => {
-            timekeeper.set_speed(speed);
+            timekeeper.set_speed(speed, at);
             None
         }
         Request::Step(span) => return timekeeper.begin(from, Task::Step(span)).map(|()| Outcome::Later),
@@ -81,8 +86,8 @@ fn misplaced(line: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::answer::answer;
     use super::*;
-    use crate::answer::answer;
     use hal_sim::board::TMCM_1140;
     use hal_sim::world::config::WorldConfig;
     use tmcm_sim::protocol::Speed;
@@ -92,7 +97,7 @@ mod tests {
     /// Answers to lines that are carried out at once.
     fn ask(timekeeper: &mut Timekeeper, line: &str) -> String {
         let mut fleet = Fleet::new(&WorldConfig::default(), &[None], 1);
-        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, timekeeper, &mut Inquiries::default()) {
+        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, timekeeper, &mut Inquiries::default(), Duration::ZERO) {
             Ok(Outcome::Done(told)) => answer(Ok(told)),
             Ok(other) => format!("{other:?}"),
             Err(error) => answer(Err(error)),
@@ -101,7 +106,7 @@ mod tests {
 
     #[test]
     fn one_line_of_json_for_each_command() {
-        let mut timekeeper = Timekeeper::new(Speed::Factor(1.0), None, 0);
+        let mut timekeeper = Timekeeper::new(Speed::Factor(1.0), None, Duration::ZERO, 0);
         let mut ask = |line: &str| ask(&mut timekeeper, line);
         assert_eq!(ask("supply 12.5"), r#"{"ok":true}"#);
         assert_eq!(ask("module 2 state"), r#"{"ok":false,"error":"no module 2: there is 1 module"}"#);
@@ -122,7 +127,7 @@ mod tests {
 
     #[test]
     fn there_are_no_steps_while_time_goes_by_the_clock() {
-        let mut timekeeper = Timekeeper::new(Speed::Max, None, 0);
+        let mut timekeeper = Timekeeper::new(Speed::Max, None, Duration::ZERO, 0);
         for line in ["step 1 s", "run-until rotor = 0 max 1 s"] {
             assert!(ask(&mut timekeeper, line).contains("write 'pause' before it"), "{line}");
         }

@@ -1,0 +1,117 @@
+// Who has a link, and answers the ports to it: a worker of its own, or the tools' worker where the browser does not suspend
+// WebAssembly.
+
+import { Doors, NOBODY } from './doors.js';
+import { Link } from './link.js';
+import { SerialSource } from './serial.js';
+import { VirtualSource } from './virtual.js';
+
+/** Time between two attempts to open a link that was lost, in milliseconds. */
+const AGAIN = 1000;
+
+/** A link and its ports. */
+export class Host {
+    /** @param {(told: any) => void} tell tells the page */
+    constructor(tell) {
+        this.tell = tell;
+        /** @type {Link | undefined} */
+        this.link = undefined;
+        /** @type {any} */
+        this.wanted = undefined;
+        /** @type {WebAssembly.Module | undefined} */
+        this.module = undefined;
+    }
+
+    /**
+     * Does what a message of the page asks for.
+     * @param {any} asked
+     * @returns {Promise<any>}
+     */
+    async hear(asked) {
+        if (asked.open) {
+            return this.open(asked.module, asked.open);
+        }
+        if (asked.leave) {
+            this.wanted = undefined;
+            await this.link?.leave();
+            return {};
+        }
+        const link = this.link;
+        if (!link) {
+            throw new Error('the link is not open');
+        }
+        if (asked.exchange) {
+            return link.request(asked.exchange);
+        }
+        if (asked.axes) {
+            link.axes = asked.axes;
+        }
+        if (asked.stop) {
+            void link.stop();
+        } else if (asked.sample === true) {
+            void link.sample();
+        } else if (asked.sample === false) {
+            link.rest();
+        } else if (asked.control !== undefined) {
+            return link.control(asked.control);
+        }
+        return {};
+    }
+
+    /**
+     * Opens a link.
+     * @param {WebAssembly.Module} module
+     * @param {any} wanted
+     */
+    async open(module, wanted) {
+        this.module = module;
+        this.wanted = wanted;
+        const doors = await Doors.open(module, NOBODY, false);
+        /** @param {any} told */
+        const hear = (told) => {
+            this.tell(told);
+            if (told.lost !== undefined) {
+                void this.#lose();
+            }
+        };
+        const source =
+            wanted.virtual !== undefined
+                ? new VirtualSource(doors, wanted.virtual, hear)
+                : await SerialSource.open(doors, wanted.serial, hear);
+        this.link = new Link(source, doors, this.tell);
+        return {};
+    }
+
+    /** Tries again each second until the link is there. */
+    async #lose() {
+        const wanted = this.wanted;
+        const lost = this.link;
+        this.link = undefined;
+        if (lost) {
+            lost.open = false;
+            await lost.source.close();
+        }
+        while (this.wanted !== undefined && this.wanted === wanted && !this.link) {
+            await new Promise((resolve) => setTimeout(resolve, AGAIN));
+            try {
+                await this.open(/** @type {WebAssembly.Module} */ (this.module), wanted);
+                this.tell({ opened: true });
+            } catch (error) {
+                this.tell({ retry: error instanceof Error ? error.message : String(error) });
+            }
+        }
+    }
+
+    /**
+     * Answers a port.
+     * @param {MessagePort | { postMessage: (message: any) => void }} port
+     * @param {{ id: number, asked: any }} message
+     */
+    async answer(port, { id, asked }) {
+        try {
+            port.postMessage({ id, ok: await this.hear(asked) });
+        } catch (error) {
+            port.postMessage({ id, error: error instanceof Error ? error.message : String(error) });
+        }
+    }
+}

@@ -1,0 +1,177 @@
+// A serial port as what a link leads to (Web Serial).
+
+/** @typedef {import('./types.js').Request} Request */
+/** @typedef {import('./types.js').Outcome} Outcome */
+
+/** A port that cannot be used, in words for the user. */
+export class NoPort extends Error {}
+
+/** What to look at where there is no port. */
+const NO_PORT =
+    'there is no port that this page may use: press Connect and choose one. If none is shown, look whether the module is ' +
+    'connected, whether you are in the group that owns the device (often dialout), and whether the browser is one in a snap or ' +
+    'Flatpak, which sees no ports';
+
+/** An open port. It belongs to one tab. */
+export class SerialSource {
+    /**
+     * @param {import('./doors.js').Doors} doors
+     * @param {any} port
+     * @param {() => void} free gives the port to other tabs
+     * @param {(told: any) => void} tell
+     */
+    constructor(doors, port, free, tell) {
+        this.doors = doors;
+        this.port = port;
+        this.free = free;
+        this.tell = tell;
+        /** Who waits for a reply.
+         * @type {((outcome: Outcome) => void) | undefined} */
+        this.waits = undefined;
+        /** @type {string | undefined} */
+        this.lost = undefined;
+        this.reader = port.readable.getReader();
+        this.writer = port.writable.getWriter();
+        void this.#read();
+    }
+
+    /**
+     * Opens the port that was allowed before.
+     * @param {import('./doors.js').Doors} doors
+     * @param {{ baudRate: number, usbVendorId?: number, usbProductId?: number }} wanted
+     * @param {(told: any) => void} tell
+     */
+    static async open(doors, wanted, tell) {
+        const serial = /** @type {any} */ (navigator).serial;
+        const ports = await serial.getPorts();
+        /** @param {any} port */
+        const isWanted = (port) => {
+            const { usbVendorId, usbProductId } = port.getInfo();
+            return usbVendorId === wanted.usbVendorId && usbProductId === wanted.usbProductId;
+        };
+        const port = ports.find(isWanted) ?? ports[0];
+        if (!port) {
+            throw new NoPort(NO_PORT);
+        }
+        const { usbVendorId, usbProductId } = port.getInfo();
+        const free = await claim(`serial port ${usbVendorId ?? ''}:${usbProductId ?? ''}`);
+        try {
+            await port.open({ baudRate: wanted.baudRate, bufferSize: 4096 });
+        } catch (error) {
+            free();
+            const why = error instanceof Error ? error.message : String(error);
+            throw new NoPort(`the port cannot be opened: ${why}. Does another program use it?`);
+        }
+        return new SerialSource(doors, port, free, tell);
+    }
+
+    async #read() {
+        let why = 'the port is closed';
+        try {
+            for (;;) {
+                const { value, done } = await this.reader.read();
+                if (done) {
+                    break;
+                }
+                this.#hear(value);
+            }
+        } catch (error) {
+            why = error instanceof Error ? error.message : String(error);
+        }
+        this.#lose(why);
+    }
+
+    /** @param {Uint8Array} bytes */
+    #hear(bytes) {
+        // What comes while nobody waits is a late reply to an earlier request.
+        if (this.waits) {
+            /** @type {import('./types.js').Taken} */
+            const { outcome } = this.doors.ask('serial_take', { bytes: [...bytes] });
+            if (outcome !== null) {
+                this.#end(outcome);
+            }
+        }
+    }
+
+    /** @param {Outcome} outcome */
+    #end(outcome) {
+        const waits = this.waits;
+        this.waits = undefined;
+        waits?.(outcome);
+    }
+
+    /** @param {string} why */
+    #lose(why) {
+        if (this.lost === undefined) {
+            this.lost = why;
+            this.#end({ lost: why });
+            this.tell({ lost: why });
+        }
+    }
+
+    /**
+     * @param {Request} request
+     * @param {number} timeout
+     * @returns {Promise<Outcome>}
+     */
+    async exchange(request, timeout) {
+        if (this.lost !== undefined) {
+            return { lost: this.lost };
+        }
+        if (request.address > 255) {
+            return 'address';
+        }
+        /** @type {import('./types.js').Bytes} */
+        const { bytes } = this.doors.ask('serial_ask', request);
+        /** @type {Promise<Outcome>} */
+        const ended = new Promise((resolve) => (this.waits = resolve));
+        const timer = setTimeout(() => this.waits && this.#end(this.doors.ask('serial_give_up')), timeout);
+        try {
+            await this.writer.write(new Uint8Array(bytes));
+        } catch (error) {
+            this.#lose(error instanceof Error ? error.message : String(error));
+        }
+        const outcome = await ended;
+        clearTimeout(timer);
+        return outcome;
+    }
+
+    /**
+     * @param {string} _line
+     * @returns {Promise<string>}
+     */
+    async control(_line) {
+        throw new NoPort('a real module has no control port; its world is touched by hand');
+    }
+
+    async close() {
+        this.lost ??= 'the port is closed';
+        try {
+            await this.reader.cancel();
+            this.reader.releaseLock();
+            await this.writer.abort();
+            this.writer.releaseLock();
+            await this.port.close();
+        } catch {
+            // A port that is gone is closed already.
+        }
+        this.free();
+    }
+}
+
+/**
+ * Claims something for this tab, and gives what frees it.
+ * @param {string} name
+ * @returns {Promise<() => void>}
+ */
+function claim(name) {
+    return new Promise((resolve, reject) => {
+        void navigator.locks.request(name, { ifAvailable: true }, (lock) => {
+            if (!lock) {
+                reject(new NoPort('another tab of this page uses the port: close it there'));
+                return undefined;
+            }
+            return new Promise((free) => resolve(() => free(undefined)));
+        });
+    });
+}

@@ -1,0 +1,151 @@
+// A link and the tools at it, each in a worker of its own. What becomes of them is told; nothing is shown here.
+
+import { canSuspend } from './doors.js';
+import { Port } from './port.js';
+import { worker } from './workers.js';
+
+/** How long a reply is waited for, in milliseconds. */
+const TIMEOUT = 1000;
+
+/** The link, the tools, and what they are at. */
+export class Session {
+    /**
+     * @param {WebAssembly.Module} module
+     * @param {(told: any) => void} tell
+     */
+    constructor(module, tell) {
+        this.module = module;
+        this.tell = tell;
+        /** @type {Port | undefined} */
+        this.link = undefined;
+        /** @type {Worker | undefined} */
+        this.linkWorker = undefined;
+        this.address = 1;
+        this.#startTools();
+    }
+
+    #startTools() {
+        const made = worker('tools-worker.js');
+        this.toolsWorker = made;
+        this.tools = new Port(made, (told) => this.#hear(told));
+        made.onmessage = ({ data }) => /** @type {Port} */ (this.tools).take(data);
+        made.onerror = (event) => this.#hear({ dead: event.message ?? 'the tools could not be loaded' });
+        made.postMessage({ module: this.module });
+    }
+
+    /** @param {any} told */
+    #hear(told) {
+        if (told.dead !== undefined) {
+            // The link and STOP do not notice.
+            this.toolsWorker?.terminate();
+            this.tools?.endAll('the tools have ended');
+            this.#startTools();
+            this.#join();
+        }
+        if (told.opened) {
+            this.tell({ again: true });
+        }
+        this.tell(told);
+    }
+
+    /** Gives the tools a port to the link. */
+    #join() {
+        if (this.linkWorker && canSuspend) {
+            const { port1, port2 } = new MessageChannel();
+            this.linkWorker.postMessage({ port: port1 }, [port1]);
+            this.toolsWorker?.postMessage({ port: port2 }, [port2]);
+        }
+    }
+
+    /**
+     * Opens a link, in the place of the one before.
+     * @param {object} wanted a virtual module or a serial port
+     * @param {number} address
+     */
+    async open(wanted, address) {
+        await this.leave();
+        this.address = address;
+        if (canSuspend) {
+            const made = worker('link-worker.js');
+            this.linkWorker = made;
+            const link = new Port(made, (told) => this.#hear(told));
+            this.link = link;
+            made.onmessage = ({ data }) => link.take(data);
+            made.onerror = (event) => this.#hear({ lost: event.message ?? 'the link could not be loaded' });
+        } else {
+            const tools = /** @type {Worker} */ (this.toolsWorker);
+            const post = (/** @type {any} */ message) => tools.postMessage({ link: message });
+            const link = new Port({ postMessage: ({ id, ...asked }) => post({ id, asked: asked.asked }) }, this.tell);
+            this.link = link;
+            link.last = 1_000_000;
+            const toTools = tools.onmessage;
+            tools.onmessage = (event) => {
+                if (event.data.id > 1_000_000) {
+                    link.take(event.data);
+                } else {
+                    toTools?.call(tools, event);
+                }
+            };
+        }
+        this.#join();
+        await this.link.ask({ asked: { open: wanted, module: this.module } }).answer;
+    }
+
+    /**
+     * Asks the link.
+     * @param {object} asked
+     */
+    ask(asked) {
+        return this.link ? this.link.ask({ asked }).answer : Promise.reject(new Error('there is no link'));
+    }
+
+    /** Asks the module what it is. */
+    async identify() {
+        await this.job('tools_connect', { address: this.address, timeout: TIMEOUT }).answer;
+        /** @type {import('./types.js').Module} */
+        const module = await this.job('tools_identify', {}).answer;
+        await this.ask({ axes: { address: this.address, product: module.product } });
+        return module;
+    }
+
+    /**
+     * Gives the tools a job.
+     * @param {string} door
+     * @param {object} asked
+     * @param {((told: any) => void) | undefined} hear
+     */
+    job(door, asked, hear = undefined) {
+        return /** @type {Port} */ (this.tools).ask({ door, asked }, hear);
+    }
+
+    /**
+     * Asks a job to end.
+     * @param {number} id
+     */
+    end(id) {
+        this.toolsWorker?.postMessage({ end: id });
+    }
+
+    /** STOP: all axes, and the program. */
+    stop() {
+        return this.ask({ stop: true });
+    }
+
+    /** Stops what this page has set in motion, and closes the link. */
+    async leave() {
+        if (!this.link) {
+            return;
+        }
+        const { linkWorker, link } = this;
+        await link.ask({ asked: { leave: true } }).answer.catch(() => undefined);
+        link.endAll('the link is closed');
+        linkWorker?.terminate();
+        this.link = undefined;
+        this.linkWorker = undefined;
+    }
+
+    /** The page goes: there is no time to wait for anything. */
+    vanish() {
+        this.link?.end.postMessage({ id: 0, asked: { leave: true } });
+    }
+}

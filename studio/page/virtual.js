@@ -1,0 +1,113 @@
+// A virtual module as what a link leads to. Its time goes by the clock.
+
+/** @typedef {import('./types.js').Request} Request */
+/** @typedef {import('./types.js').Outcome} Outcome */
+
+/** A virtual module. */
+export class VirtualSource {
+    /**
+     * @param {import('./doors.js').Doors} doors
+     * @param {string} product
+     * @param {(told: any) => void} tell
+     */
+    constructor(doors, product, tell) {
+        this.doors = doors;
+        this.tell = tell;
+        /** @type {Map<number, (outcome: Outcome) => void>} */
+        this.asked = new Map();
+        /** @type {((line: string) => void)[]} */
+        this.lines = [];
+        this.open = true;
+        /** @type {ReturnType<typeof setTimeout> | undefined} */
+        this.timer = undefined;
+        doors.ask('virtual_start', { product });
+        this.#turn();
+    }
+
+    #turn() {
+        clearTimeout(this.timer);
+        if (!this.open) {
+            return;
+        }
+        try {
+            const nap = this.#pass();
+            this.timer = setTimeout(() => this.#turn(), this.asked.size + this.lines.length > 0 ? 0 : nap);
+        } catch (error) {
+            this.open = false;
+            this.asked.forEach((resolve) => resolve({ lost: 'the virtual module has ended' }));
+            this.tell({ dead: String(error instanceof Error ? error.message : error) });
+        }
+    }
+
+    /** Lets time pass up to the present, and hands out what has come of it. */
+    #pass() {
+        /** @type {import('./types.js').Turn} */
+        const turn = this.doors.ask('virtual_turn');
+        for (const { ticket, outcome } of turn.replies) {
+            this.asked.get(ticket)?.(outcome);
+            this.asked.delete(ticket);
+        }
+        for (const line of turn.lines) {
+            const waits = line.startsWith('{"ok"') ? this.lines.shift() : undefined;
+            waits ? waits(line) : this.tell({ line });
+        }
+        turn.messages.forEach((message) => this.tell({ message }));
+        return turn.nap;
+    }
+
+    /**
+     * @param {Request} request
+     * @returns {Promise<Outcome>}
+     */
+    exchange(request) {
+        return new Promise((resolve) => {
+            const { ticket } = this.doors.ask('virtual_ask', request);
+            this.asked.set(ticket, resolve);
+            this.#turn();
+        });
+    }
+
+    /**
+     * The same without a promise, for a browser that does not suspend WebAssembly.
+     * @param {Request} request
+     * @returns {Outcome}
+     */
+    exchangeNow(request) {
+        /** @type {Outcome | undefined} */
+        let ended;
+        const { ticket } = this.doors.ask('virtual_ask', request);
+        this.asked.set(ticket, (outcome) => (ended = outcome));
+        while (ended === undefined) {
+            this.#pass();
+        }
+        return ended;
+    }
+
+    /**
+     * Lets time pass without a promise.
+     * @param {number} milliseconds
+     */
+    passNow(milliseconds) {
+        const until = performance.now() + milliseconds;
+        while (performance.now() < until) {
+            this.#pass();
+        }
+    }
+
+    /**
+     * @param {string} line
+     * @returns {Promise<string>}
+     */
+    control(line) {
+        return new Promise((resolve) => {
+            this.lines.push(resolve);
+            this.doors.ask('virtual_control', { line });
+            this.#turn();
+        });
+    }
+
+    async close() {
+        this.open = false;
+        clearTimeout(this.timer);
+    }
+}

@@ -1,0 +1,315 @@
+//! What the page calls, and what is called of it. This is the only file with `unsafe`.
+//!
+//! What is asked goes into a buffer of this instance as JSON, and a door is told how long it is; what it gives is the length of
+//! the answer, which stands in another buffer. A door that waits for the page is suspended by the browser, and no other job is
+//! begun meanwhile: what is read then ([`progress`]) touches nothing of it.
+
+use std::cell::{Cell, RefCell};
+use std::panic::PanicHookInfo;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tmcl_tools::failure::Failure;
+use tmcl_tools::progress::Progress as Told;
+
+use crate::page::{Calls, PageStop, PageWire};
+use crate::serial::SerialPort;
+use crate::tools::Tools;
+use crate::types::{Answer, Nothing, Progress};
+use crate::virtual_module::Virtual;
+use crate::{sample, stop, tools};
+
+/// What a door gives.
+type Given<T> = Result<T, Failure>;
+
+thread_local! {
+    /// What is asked.
+    static ASKED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    /// What is answered.
+    static ANSWERED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    /// Words and place of the panic that has ended this instance.
+    static PANICKED: RefCell<String> = const { RefCell::new(String::new()) };
+    /// How far the job has got.
+    static PROGRESS: RefCell<Progress> = RefCell::default();
+    static VIRTUAL: RefCell<Option<Virtual>> = const { RefCell::new(None) };
+    static SERIAL: RefCell<SerialPort> = RefCell::default();
+    static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
+    static IS_READY: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What is called of the page.
+const CALLS: Calls = Calls {
+    exchange: imports::exchange,
+    pause: imports::pause,
+    time: imports::time,
+    within: imports::within,
+    forget: imports::forget,
+};
+/// Why a door that needs a module gives nothing.
+const NO_MODULE: &str = "there is no module yet";
+
+/// Carries a door out: reads what is asked, and writes the answer.
+fn door<Q: DeserializeOwned, A: Serialize>(length: usize, carry_out: impl FnOnce(Q) -> Given<A>) -> usize {
+    // Elsewhere a panic is told by the system.
+    if cfg!(target_arch = "wasm32") && !IS_READY.replace(true) {
+        std::panic::set_hook(Box::new(note_panic));
+    }
+    let asked = ASKED.with_borrow(|asked| serde_json::from_slice(asked.get(..length).unwrap_or_default()));
+    let answer = match asked.map_err(|error| Failure::Failed(format!("what the page asks is not understood: {error}")))
+    {
+        Ok(asked) => carry_out(asked),
+        Err(failure) => Err(failure),
+    };
+    let answer = match answer {
+        Ok(given) => Answer::Ok(given),
+        Err(Failure::Failed(words) | Failure::Arguments(words)) => Answer::Error(words),
+        Err(Failure::Interrupted { message, .. }) => Answer::Interrupted(message),
+    };
+    write(&answer)
+}
+
+fn write(answer: &impl Serialize) -> usize {
+    let bytes =
+        serde_json::to_vec(answer).unwrap_or_else(|_| br#"{"error":"the answer cannot be shown as JSON"}"#.into());
+    ANSWERED.with_borrow_mut(|answered| {
+        *answered = bytes;
+        answered.len()
+    })
+}
+
+fn note_panic(info: &PanicHookInfo<'_>) {
+    PANICKED.with_borrow_mut(|words| *words = info.to_string());
+}
+
+/// Takes how far a job has got.
+fn note(told: Told<'_>) {
+    PROGRESS.with_borrow_mut(|progress| {
+        *progress = Progress { what: told.what.into(), done: told.done, total: told.total }
+    });
+}
+
+fn with_virtual<A>(carry_out: impl FnOnce(&mut Virtual) -> A) -> Given<A> {
+    VIRTUAL.with_borrow_mut(|module| module.as_mut().map(carry_out).ok_or(Failure::Failed(NO_MODULE.into())))
+}
+
+fn with_tools<A>(carry_out: impl FnOnce(&mut Tools) -> Given<A>) -> Given<A> {
+    PROGRESS.with_borrow_mut(|progress| *progress = Progress::default());
+    TOOLS.with_borrow_mut(|tools| tools.as_mut().map_or(Err(Failure::Failed(NO_MODULE.into())), carry_out))
+}
+
+/// Makes doors of functions from what is asked to what is given.
+macro_rules! doors {
+    ($($(#[$doc:meta])* $name:ident: $carry_out:expr;)*) => {
+        $(
+            $(#[$doc])*
+            #[unsafe(no_mangle)]
+            pub extern "C" fn $name(length: usize) -> usize {
+                door(length, $carry_out)
+            }
+        )*
+        /// The names of the doors.
+        pub const DOORS: &[&str] = &[$(stringify!($name)),*];
+    };
+}
+
+doors! {
+    /// The products that there are.
+    products: |nothing| Ok(tools::products(nothing));
+    /// Starts a virtual module in this instance.
+    virtual_start: |start| {
+        let module = Virtual::start(&start, imports::time()).map_err(Failure::Failed)?;
+        let told = module.module();
+        VIRTUAL.set(Some(module));
+        Ok(told)
+    };
+    /// Gives a request to the virtual module.
+    virtual_ask: |request| with_virtual(|module| module.ask(request));
+    /// Gives a line of the control port to the virtual module.
+    virtual_control: |line| with_virtual(|module| {
+        module.control(&line, imports::time());
+        Nothing {}
+    });
+    /// Lets time pass for the virtual module, up to the present.
+    virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&imports::time));
+    /// The bytes of a request on a serial port.
+    serial_ask: |request| SERIAL.with_borrow_mut(|port| port.ask(request)).map_err(Failure::Failed);
+    /// Takes bytes of a serial port.
+    serial_take: |bytes| Ok(SERIAL.with_borrow_mut(|port| port.take(&bytes)));
+    /// How a request on a serial port ends whose time is over.
+    serial_give_up: |nothing| Ok(SERIAL.with_borrow_mut(|port| port.give_up(nothing)));
+    /// What stops a module.
+    stop_requests: |axes| Ok(stop::requests(&axes));
+    /// What stops what a request has set in motion.
+    stop_after: |moved| Ok(stop::requests_after(&moved));
+    /// Values of a module that are read again and again.
+    sample_columns: |axes| Ok(sample::columns(&axes));
+    /// The value of a reply.
+    sample_value: |read| Ok(sample::value(&read));
+    /// Brings the tools to a module.
+    tools_connect: |reach| {
+        TOOLS.set(Some(Tools::connect(Box::new(PageWire::new(CALLS)), PageStop(CALLS), &reach)));
+        Ok(Nothing {})
+    };
+    /// Asks the module what it is.
+    tools_identify: |nothing| with_tools(|tools| tools.identify(nothing));
+    /// Sends a command.
+    tools_send: |line| with_tools(|tools| tools.send(&line));
+    /// Reads all settings.
+    tools_settings: |nothing| with_tools(|tools| tools.settings(nothing, &mut note));
+    /// Assembles a program, loads it, and gives it to the debugger.
+    tools_load: |program| with_tools(|tools| tools.load(&program, &mut note));
+    /// How far the job has got that is under way.
+    progress: |Nothing {}| Ok(PROGRESS.with_borrow(Clone::clone));
+}
+
+/// Makes room for what is asked, and tells where.
+#[unsafe(no_mangle)]
+pub extern "C" fn room(length: usize) -> *mut u8 {
+    ASKED.with_borrow_mut(|asked| {
+        asked.resize(length, 0);
+        asked.as_mut_ptr()
+    })
+}
+
+/// Where the answer stands.
+#[unsafe(no_mangle)]
+pub extern "C" fn answer() -> *const u8 {
+    ANSWERED.with_borrow(|answered| answered.as_ptr())
+}
+
+/// The length of the words and the place of the panic that has ended this instance, where [`answer`] tells; 0 if none has.
+#[unsafe(no_mangle)]
+pub extern "C" fn panicked() -> usize {
+    let words = PANICKED.with_borrow(Clone::clone);
+    ANSWERED.with_borrow_mut(|answered| {
+        *answered = words.into_bytes();
+        answered.len()
+    })
+}
+
+/// What is called of the page: those of `Wire` and `Stop`, and no other.
+#[cfg(target_arch = "wasm32")]
+mod imports {
+    use std::time::Duration;
+
+    /// Longest answer to a request, in bytes.
+    const LONGEST: usize = 4096;
+
+    mod wire {
+        #[link(wasm_import_module = "wire")]
+        unsafe extern "C" {
+            /// Sends a request, and writes what has become of it; gives its length.
+            pub(super) fn exchange(asked: *const u8, length: usize, answer: *mut u8, room: usize) -> usize;
+            /// Lets so many milliseconds pass. Not 0 if it has been asked to end.
+            pub(super) safe fn pause(time: f64) -> u32;
+            /// The clock, in milliseconds.
+            pub(super) safe fn time() -> f64;
+        }
+    }
+
+    mod stop {
+        #[link(wasm_import_module = "stop")]
+        unsafe extern "C" {
+            /// Waits for so many milliseconds, or until it has been asked to end; then not 0.
+            pub(super) safe fn within(time: f64) -> u32;
+            /// What has been asked so far does not count any more.
+            pub(super) safe fn forget();
+        }
+    }
+
+    fn millis(time: Duration) -> f64 {
+        time.as_secs_f64() * 1000.0
+    }
+
+    pub(super) fn exchange(asked: &[u8]) -> Vec<u8> {
+        let mut answer = vec![0; LONGEST];
+        // SAFETY: both buffers live until the call returns, and the page writes no more than there is room.
+        let length = unsafe { wire::exchange(asked.as_ptr(), asked.len(), answer.as_mut_ptr(), answer.len()) };
+        answer.truncate(length);
+        answer
+    }
+
+    pub(super) fn pause(time: Duration) -> bool {
+        wire::pause(millis(time)) != 0
+    }
+
+    pub(super) fn time() -> Duration {
+        Duration::try_from_secs_f64(wire::time() / 1000.0).unwrap_or_default()
+    }
+
+    pub(super) fn within(time: Duration) -> bool {
+        stop::within(millis(time)) != 0
+    }
+
+    pub(super) fn forget() {
+        stop::forget();
+    }
+}
+
+/// Stand-ins for the page on a computer without one: nobody answers, and time stands still.
+#[cfg(not(target_arch = "wasm32"))]
+mod imports {
+    use std::time::Duration;
+
+    pub(super) fn exchange(_: &[u8]) -> Vec<u8> {
+        br#"{"no_reply":0}"#.into()
+    }
+
+    pub(super) fn pause(_: Duration) -> bool {
+        false
+    }
+
+    pub(super) fn time() -> Duration {
+        Duration::ZERO
+    }
+
+    pub(super) fn within(_: Duration) -> bool {
+        false
+    }
+
+    pub(super) fn forget() {}
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Asks at a door as the page does.
+    fn ask(door: extern "C" fn(usize) -> usize, asked: &str) -> Value {
+        room(asked.len());
+        ASKED.with_borrow_mut(|buffer| buffer.copy_from_slice(asked.as_bytes()));
+        let length = door(asked.len());
+        ANSWERED.with_borrow(|answered| serde_json::from_slice(&answered[..length]).unwrap())
+    }
+
+    #[test]
+    fn what_is_asked_has_to_be_understood() {
+        assert_eq!(ask(products, "{}")["ok"]["products"][0], "1140");
+        for wrong in ["", "{", "5", r#"{"more":1}"#, "\u{7f}", "null"] {
+            let told = ask(products, wrong);
+            assert!(told["error"].as_str().unwrap().starts_with("what the page asks is not understood: "), "{told}");
+        }
+        assert_eq!(ask(virtual_turn, "{}")["error"], NO_MODULE);
+        assert_eq!(ask(tools_send, r#"{"line":"GAP 1, 0"}"#)["error"], NO_MODULE);
+    }
+
+    #[test]
+    fn a_virtual_module_is_behind_its_doors() {
+        assert_eq!(ask(virtual_start, r#"{"product":"3212"}"#)["ok"]["product"], "3212");
+        let asked = json!({ "address": 1, "opcode": 6, "kind": 1, "motor": 0, "value": 0 });
+        assert_eq!(ask(virtual_ask, &asked.to_string())["ok"]["ticket"], 1);
+        ask(virtual_control, r#"{"line":"state"}"#);
+        let turn = ask(virtual_turn, "{}");
+        assert!(turn["ok"]["lines"][0].as_str().unwrap().starts_with(r#"{"ok":true"#), "{turn}");
+        assert!(ask(virtual_start, r#"{"product":"9"}"#)["error"].is_string());
+    }
+
+    #[test]
+    fn a_module_that_is_silent_is_told() {
+        ask(tools_connect, r#"{"address":1,"timeout":100}"#);
+        let told = ask(tools_identify, "{}");
+        assert!(told["error"].as_str().is_some_and(|words| words.contains("no reply")), "{told}");
+    }
+}

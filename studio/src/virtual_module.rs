@@ -1,0 +1,257 @@
+//! A virtual module whose time goes by the clock of the page, or as the lines of its control port say.
+
+use std::task::Poll;
+use std::time::Duration;
+
+use hal_sim::board::BoardKind;
+use hal_sim::clock::Nanos;
+use hal_sim::world::config::WorldConfig;
+use tmcl_tools::desk::{
+    ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
+};
+use tmcl_tools::product;
+use tmcm_sim::client::Client;
+use tmcm_sim::fleet::{Fleet, Member};
+use tmcm_sim::protocol::Speed;
+use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
+
+use crate::types::{Finished, Line, Module, Outcome, Request, Start, Ticket, Turn};
+
+/// Seed of the module's random numbers.
+const SEED: u32 = 1;
+/// Longest sleep while the module has nothing to do.
+const NAP: Duration = Duration::from_millis(10);
+/// The page, which is the only one at the control port.
+const PAGE: ControllerId = ControllerId(1);
+
+/// A virtual module, and who asks it.
+pub struct Virtual {
+    product: Product,
+    fleet: Fleet<NativeModule>,
+    kinds: [&'static BoardKind; 1],
+    timekeeper: Timekeeper,
+    inquiries: Inquiries,
+    page: Page,
+    /// Requests that wait for their replies, with the number of each.
+    asked: Vec<(u32, Client)>,
+    last: u32,
+}
+
+/// What the page watches, and the lines that are for it.
+#[derive(Debug, Default)]
+struct Page {
+    watch: Option<Watch>,
+    lines: Vec<String>,
+}
+
+impl Watcher for Page {
+    fn watch_due(&self) -> Option<Nanos> {
+        self.watch.as_ref().map(Watch::due)
+    }
+
+    fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
+        if let Some(watch) = self.watch.as_mut().filter(|watch| watch.due() <= fleet.now()) {
+            self.lines.push(watch.take(fleet));
+        }
+    }
+
+    /// Lines are taken after each turn.
+    fn is_behind(&mut self) -> bool {
+        false
+    }
+}
+
+fn fleet(product: Product, eeprom: Option<&[u8]>) -> Fleet<NativeModule> {
+    let member = Member { model: Model::Tmcl(product), world: &WorldConfig::default(), eeprom };
+    let mut fleet = Fleet::mixed(&[member], SEED);
+    fleet.await_silences();
+    fleet
+}
+
+impl Virtual {
+    /// A fresh module, at the moment `at`.
+    ///
+    /// # Errors
+    /// There is no such product.
+    pub fn start(Start { product }: &Start, at: Duration) -> Result<Self, String> {
+        let product = product::named(product)?;
+        let fleet = fleet(product, None);
+        let timekeeper = Timekeeper::new(Speed::Factor(1.0), None, at, fleet.now());
+        Ok(Virtual {
+            product,
+            fleet,
+            kinds: [product.kind()],
+            timekeeper,
+            inquiries: Inquiries::default(),
+            page: Page::default(),
+            asked: Vec::new(),
+            last: 0,
+        })
+    }
+
+    /// What it is.
+    pub fn module(&self) -> Module {
+        Module { name: self.product.name().into(), product: Some(product::short(self.product).into()) }
+    }
+
+    /// Takes a request. Its reply comes with a later turn.
+    pub fn ask(&mut self, asked: Request) -> Ticket {
+        self.last = self.last.wrapping_add(1);
+        self.asked.push((self.last, self.fleet.ask(0, asked.command())));
+        Ticket { ticket: self.last }
+    }
+
+    /// Takes a line of the control port. Its answer comes with a later turn.
+    pub fn control(&mut self, Line { line }: &Line, at: Duration) {
+        let Virtual { fleet, timekeeper, inquiries, kinds, .. } = self;
+        match carry_out(PAGE, line, kinds, fleet, timekeeper, inquiries, at) {
+            Ok(Carried::Later) => {}
+            Ok(Carried::Done(told)) => self.answer(Ok(told)),
+            Ok(Carried::Watch(watch)) => {
+                self.answer(Ok(Some(Told::time(watch.begun()))));
+                self.page.watch = Some(watch);
+            }
+            Ok(Carried::Unwatch) => {
+                self.page.watch = None;
+                self.answer(Ok(None));
+            }
+            Err(error) => self.answer(Err(error)),
+        }
+    }
+
+    fn answer(&mut self, result: Result<Option<Told>, String>) {
+        self.page.lines.push(answer(result));
+    }
+
+    /// Lets time pass up to the present, or as far as a turn suffices.
+    pub fn turn(&mut self, clock: &dyn Fn() -> Duration) -> Turn {
+        let watchers = std::slice::from_mut(&mut self.page);
+        self.timekeeper.run(&mut self.fleet, watchers, clock);
+        if self.timekeeper.take_restart().is_some() {
+            self.restart(clock());
+        }
+        let finished = self.timekeeper.serve(&mut self.fleet, std::slice::from_mut(&mut self.page), clock);
+        let mut replies = Vec::new();
+        if !self.timekeeper.holds_replies() {
+            self.inquiries.finished(&mut self.fleet).into_iter().for_each(|(_, result)| self.answer(result));
+            let fleet = &mut self.fleet;
+            self.asked.retain(|(ticket, client)| match fleet.reply_to(*client) {
+                Poll::Ready(reply) => {
+                    let outcome = reply.map_or(Outcome::NoReply(0), |reply| Outcome::Reply(reply.into()));
+                    replies.push(Finished { ticket: *ticket, outcome });
+                    false
+                }
+                Poll::Pending => true,
+            });
+        }
+        finished.into_iter().for_each(|(_, result)| self.answer(result));
+        for _ in self.timekeeper.take_interrupters() {
+            let told = Told::time(self.fleet.now());
+            self.answer(Ok(Some(told)));
+        }
+        let messages = self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log).collect();
+        let now = clock();
+        let wake = self.timekeeper.wake(now, &self.fleet, NAP);
+        let nap = wake.saturating_sub(now).as_secs_f64() * 1000.0;
+        Turn { replies, lines: std::mem::take(&mut self.page.lines), messages, nap }
+    }
+
+    /// The module begins anew, with what its EEPROM has.
+    fn restart(&mut self, at: Duration) {
+        let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
+        self.fleet = fleet(self.product, eeprom.as_deref());
+        self.timekeeper = self.timekeeper.anew(at, self.fleet.now());
+        let told = Told::time(self.fleet.now());
+        if self.page.watch.take().is_some() {
+            self.page.lines.push(Watch::ended("restart"));
+        }
+        self.inquiries.end().into_iter().for_each(|(_, result)| self.answer(result));
+        self.answer(Ok(Some(told)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use tmcm::tmcl::Command;
+
+    use super::*;
+
+    /// A page whose clock goes on by a millisecond with each look.
+    struct Desk {
+        module: Virtual,
+        clock: Cell<u64>,
+    }
+
+    impl Desk {
+        fn of(product: &str) -> Self {
+            Desk {
+                module: Virtual::start(&Start { product: product.into() }, Duration::ZERO).unwrap(),
+                clock: Cell::new(0),
+            }
+        }
+
+        fn turn(&mut self) -> Turn {
+            let clock = &self.clock;
+            self.module.turn(&|| {
+                clock.set(clock.get() + 1);
+                Duration::from_millis(clock.get())
+            })
+        }
+
+        fn ask(&mut self, command: Command) -> Outcome {
+            let Ticket { ticket } = self.module.ask(Request::new(1, command));
+            for _ in 0..10_000 {
+                if let Some(finished) = self.turn().replies.pop() {
+                    assert_eq!(finished.ticket, ticket);
+                    return finished.outcome;
+                }
+            }
+            panic!("no end of {command}");
+        }
+
+        fn control(&mut self, line: &str) -> serde_json::Value {
+            self.module.control(&Line { line: line.into() }, Duration::from_millis(self.clock.get()));
+            for _ in 0..10_000 {
+                if let Some(line) = self.turn().lines.pop() {
+                    return serde_json::from_str(&line).unwrap();
+                }
+            }
+            panic!("no answer to {line}");
+        }
+    }
+
+    #[test]
+    fn a_motor_turns_by_the_clock_and_stands_while_time_is_paused() {
+        let mut desk = Desk::of("1140");
+        assert!(matches!(desk.ask(Command::new(1, 0, 0, 500)), Outcome::Reply(bytes) if bytes[2] == 100));
+        assert_eq!(desk.control("pause")["ok"], true);
+        let before = desk.control("state")["rotor"].as_i64().unwrap();
+        (0..100).for_each(|_| drop(desk.turn()));
+        assert_eq!(desk.control("state")["rotor"], before);
+        desk.control("step 1 s");
+        assert!(desk.control("state")["rotor"].as_i64().unwrap() > before + 1000);
+    }
+
+    #[test]
+    fn a_restart_keeps_what_is_stored() {
+        let mut desk = Desk::of("6110");
+        desk.ask(Command::new(5, 4, 5, 777));
+        desk.ask(Command::new(7, 4, 5, 0));
+        assert_eq!(desk.control("restart")["ok"], true);
+        assert!(
+            matches!(desk.ask(Command::new(6, 4, 5, 0)), Outcome::Reply(bytes) if bytes[6..8] == [3, 9]),
+            "777 is 3 * 256 + 9"
+        );
+    }
+
+    #[test]
+    fn without_power_there_is_no_reply() {
+        let mut desk = Desk::of("1140");
+        desk.control("power off");
+        assert_eq!(desk.ask(Command::new(6, 1, 0, 0)), Outcome::NoReply(0));
+        assert!(desk.control("fault fire on")["error"].as_str().unwrap().contains("unknown fault 'fire'"));
+        assert!(Virtual::start(&Start { product: "9999".into() }, Duration::ZERO).is_err());
+    }
+}
