@@ -7,6 +7,7 @@
  * What a link leads to: a virtual module, or a serial port.
  * @typedef {object} Source
  * @property {(request: Request, timeout: number) => Promise<Outcome>} exchange
+ * @property {(columns: import('./types.js').Column[]) => (number | null)[]} [look] looks at values without a telegram
  * @property {(line: string) => Promise<string>} control
  * @property {() => Promise<void>} close
  */
@@ -52,6 +53,9 @@ export class Link {
         this.rows = [];
         this.sampling = false;
         this.stopping = false;
+        this.pressed = false;
+        /** @type {(() => void) | undefined} */
+        this.wake = undefined;
     }
 
     /**
@@ -102,18 +106,26 @@ export class Link {
         const { requests } = this.doors.ask('stop_after', { request, product });
         for (const stop of requests) {
             this.moved.set(JSON.stringify(stop), stop);
+            this.tell({ moved: true });
         }
         return this.#exchange(1, request, timeout);
     }
 
-    /** Stops all motors, again and again until that is answered. */
+    /** Stops all motors, again and again until that is answered; and once more if it is pressed meanwhile. */
     async stop() {
+        this.pressed = true;
+        this.wake?.();
         if (this.stopping) {
             return;
         }
         this.stopping = true;
-        let left = this.doors.ask('stop_requests', this.axes).requests;
-        while (this.open && left.length > 0) {
+        /** @type {Request[]} */
+        let left = [];
+        while (this.open && (this.pressed || left.length > 0)) {
+            if (this.pressed) {
+                this.pressed = false;
+                left = this.doors.ask('stop_requests', this.axes).requests;
+            }
             const unanswered = [];
             for (const request of left) {
                 const outcome = await this.#exchange(0, request, STOP_TIMEOUT);
@@ -123,14 +135,25 @@ export class Link {
             }
             left = unanswered;
             this.tell({ stopped: left.length === 0 });
-            if (left.length > 0) {
-                await sleep(AGAIN);
+            if (left.length > 0 && !this.pressed) {
+                await this.#sleep(AGAIN);
             }
         }
+        this.stopping = false;
         if (left.length === 0) {
             this.moved.clear();
+            this.tell({ moved: false });
         }
-        this.stopping = false;
+    }
+
+    /**
+     * Sleeps, or until a STOP is pressed.
+     * @param {number} milliseconds
+     */
+    async #sleep(milliseconds) {
+        const woken = new Promise((resolve) => (this.wake = () => resolve(undefined)));
+        await Promise.race([sleep(milliseconds), woken]);
+        this.wake = undefined;
     }
 
     /** Reads the values of the module's axes again and again from now on. */
@@ -144,12 +167,8 @@ export class Link {
         let told = performance.now();
         while (this.open && this.columns.length > 0) {
             const columns = this.columns;
-            const values = [];
             const at = performance.now();
-            for (const { request } of columns) {
-                const outcome = await this.#exchange(2, request, SAMPLE_TIMEOUT);
-                values.push(this.doors.ask('sample_value', { request, outcome }).value);
-            }
+            const values = this.source.look?.(columns) ?? (await this.#values(columns));
             if (columns === this.columns) {
                 this.rows.push({ at, values });
             }
@@ -161,6 +180,19 @@ export class Link {
             await sleep(ROW);
         }
         this.sampling = false;
+    }
+
+    /**
+     * The values of columns, one telegram each.
+     * @param {import('./types.js').Column[]} columns
+     */
+    async #values(columns) {
+        const values = [];
+        for (const { request } of columns) {
+            const outcome = await this.#exchange(2, request, SAMPLE_TIMEOUT);
+            values.push(this.doors.ask('sample_value', { request, outcome }).value);
+        }
+        return values;
     }
 
     /** No more samples. */

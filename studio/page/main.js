@@ -3,6 +3,10 @@
 import { canSuspend } from './doors.js';
 import { Session } from './session.js';
 
+/** What to look at where there is no port. */
+const NO_PORT =
+    'If none is shown: is the module connected, are you in the group that owns the device (often dialout), and is the browser ' +
+    'none in a snap or Flatpak, which sees no ports?';
 /** Most lines that a list keeps. */
 const MOST_LINES = 500;
 
@@ -213,13 +217,14 @@ async function connect() {
     const baudRate = Number(/** @type {HTMLInputElement} */ (at('rate')).value);
     try {
         const [known] = await serial.getPorts();
+        if (!known) {
+            at('state').textContent = `choose a port. ${NO_PORT}`;
+        }
         const port = known ?? (await serial.requestPort());
         const { usbVendorId, usbProductId } = port.getInfo();
         await open({ serial: { baudRate, usbVendorId, usbProductId } });
     } catch (error) {
-        at('state').textContent =
-            `no port was chosen (${words(error)}). If none is shown: is the module connected, are you in the group that owns the ` +
-            'device (often dialout), and is the browser none in a snap or Flatpak, which sees no ports?';
+        at('state').textContent = `no port was chosen (${words(error)}). ${NO_PORT}`;
     }
 }
 

@@ -3,7 +3,7 @@
 /** Somebody who is asked by messages. */
 export class Port {
     /**
-     * @param {{ postMessage: (message: any, transfer?: any[]) => void }} end
+     * @param {{ postMessage: (message: any) => void }} end
      * @param {(told: any) => void} tell takes what is told without being asked
      */
     constructor(end, tell) {

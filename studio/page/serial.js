@@ -6,12 +6,6 @@
 /** A port that cannot be used, in words for the user. */
 export class NoPort extends Error {}
 
-/** What to look at where there is no port. */
-const NO_PORT =
-    'there is no port that this page may use: press Connect and choose one. If none is shown, look whether the module is ' +
-    'connected, whether you are in the group that owns the device (often dialout), and whether the browser is one in a snap or ' +
-    'Flatpak, which sees no ports';
-
 /** An open port. It belongs to one tab. */
 export class SerialSource {
     /**
@@ -51,7 +45,7 @@ export class SerialSource {
         };
         const port = ports.find(isWanted) ?? ports[0];
         if (!port) {
-            throw new NoPort(NO_PORT);
+            throw new NoPort('the port is gone: is the module connected?');
         }
         const { usbVendorId, usbProductId } = port.getInfo();
         const free = await claim(`serial port ${usbVendorId ?? ''}:${usbProductId ?? ''}`);

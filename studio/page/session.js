@@ -4,6 +4,8 @@ import { canSuspend } from './doors.js';
 import { Port } from './port.js';
 import { worker } from './workers.js';
 
+/** How long a page that goes keeps its workers alive, in milliseconds: time for a few telegrams, and less than browsers allow. */
+const LEAVING = 300;
 /** How long a reply is waited for, in milliseconds. */
 const TIMEOUT = 1000;
 
@@ -21,6 +23,8 @@ export class Session {
         /** @type {Worker | undefined} */
         this.linkWorker = undefined;
         this.address = 1;
+        /** This page has set something in motion, as far as the link knows. */
+        this.moved = false;
         this.#startTools();
     }
 
@@ -41,6 +45,10 @@ export class Session {
             this.tools?.endAll('the tools have ended');
             this.#startTools();
             this.#join();
+        }
+        if (told.moved !== undefined) {
+            this.moved = told.moved;
+            return;
         }
         if (told.opened) {
             this.tell({ again: true });
@@ -88,6 +96,7 @@ export class Session {
             };
         }
         this.#join();
+        this.moved = false;
         await this.link.ask({ asked: { open: wanted, module: this.module } }).answer;
     }
 
@@ -144,8 +153,13 @@ export class Session {
         this.linkWorker = undefined;
     }
 
-    /** The page goes: there is no time to wait for anything. */
+    /**
+     * The page goes, and with it the workers. Nothing can be waited for here but by keeping this thread from ending, while that of
+     * the link goes on: so long that what this page has set in motion is stopped.
+     */
     vanish() {
         this.link?.end.postMessage({ id: 0, asked: { leave: true } });
+        const until = performance.now() + (this.moved ? LEAVING : 0);
+        while (performance.now() < until);
     }
 }

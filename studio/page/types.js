@@ -17,6 +17,7 @@
 /** @typedef {{ name: string, unit: string, request: Request }} Column */
 /** @typedef {{ request: Request, outcome: Outcome }} Read */
 /** @typedef {{ value: number | null }} Value */
+/** @typedef {{ values: (number | null)[] }} Values */
 /** @typedef {{ address: number, timeout: number }} Reach */
 /** @typedef {{ name: string, product: string | null }} Module */
 /** @typedef {{ products: string[] }} Products */

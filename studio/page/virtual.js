@@ -68,7 +68,16 @@ export class VirtualSource {
     }
 
     /**
-     * The same without a promise, for a browser that does not suspend WebAssembly.
+     * Values that are looked at without letting time pass.
+     * @param {import('./types.js').Column[]} columns
+     * @returns {(number | null)[]}
+     */
+    look(columns) {
+        return this.doors.ask('virtual_look', { columns }).values;
+    }
+
+    /**
+     * A request without a promise, for a browser that does not suspend WebAssembly.
      * @param {Request} request
      * @returns {Outcome}
      */

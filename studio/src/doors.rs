@@ -131,6 +131,8 @@ doors! {
     });
     /// Lets time pass for the virtual module, up to the present.
     virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&imports::time));
+    /// Values of the virtual module, which are looked at without letting time pass.
+    virtual_look: |columns| with_virtual(|module| module.look(&columns));
     /// The bytes of a request on a serial port.
     serial_ask: |request| SERIAL.with_borrow_mut(|port| port.ask(request)).map_err(Failure::Failed);
     /// Takes bytes of a serial port.

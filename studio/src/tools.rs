@@ -12,8 +12,8 @@ use tmcl_tools::program::{Transfer, fits, transfer};
 use tmcl_tools::progress::Progress;
 use tmcl_tools::replies;
 use tmcl_tools::request::Typed;
-use tmcl_tools::wire::{LinkError, Wire};
-use tmcm::tmcl::{Command, Opcode};
+use tmcl_tools::wire::Wire;
+use tmcm::tmcl::{Command, Opcode, Status};
 use tmcm_sim::Product;
 
 use crate::page::PageStop;
@@ -21,9 +21,9 @@ use crate::types::{Line, Module, Nothing, Products, Program, Reach, Text};
 
 /// A command that every module with the TMCL firmware answers, and that changes nothing.
 const PRESENT: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-/// What is said of a module that answers command 136 and nothing else.
-const CANOPEN: &str = "this module tells what it is (command 136), and answers nothing else of TMCL: it has the CANopen \
-                       firmware, which a CANopen master commands over CAN";
+/// What is said of a module that carries out command 136 and refuses all others.
+const CANOPEN: &str = "this module tells what it is (command 136), and carries out nothing else of TMCL: it has the \
+                       CANopen firmware, which a CANopen master commands over CAN";
 
 /// The products that there are, the usual one first.
 pub fn products(Nothing {}: Nothing) -> Products {
@@ -61,7 +61,7 @@ impl Tools {
             return Err(error.into());
         }
         match self.module.request(PRESENT) {
-            Err(Error::Link { error: LinkError::NoReply { .. }, .. }) if told.is_ok() => {
+            Err(error) if error.is(Status::NotAvailable) && told.is_ok() => {
                 return Err(Failure::Failed(CANOPEN.into()));
             }
             Err(error @ Error::Link { .. }) => return Err(error.into()),

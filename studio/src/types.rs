@@ -232,6 +232,14 @@ pub struct Value {
     pub value: Option<i32>,
 }
 
+/// Values of columns, in their order; null where there is none.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Values {
+    /// The values.
+    pub values: Vec<Option<i32>>,
+}
+
 /// Where the module of the tools is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -327,7 +335,7 @@ mod tests {
     fn parts(text: &str, separator: char) -> Vec<&str> {
         let (mut depth, mut from, mut parts) = (0, 0, Vec::new());
         for (at, c) in text.char_indices() {
-            depth += i32::from(c == '{') - i32::from(c == '}');
+            depth += i32::from("{(".contains(c)) - i32::from("})".contains(c));
             if c == separator && depth == 0 {
                 parts.push(text[from..at].trim());
                 from = at + 1;
@@ -351,7 +359,10 @@ mod tests {
             | ("string", Json::String(_))
             | ("boolean", Json::Bool(_)) => true,
             (_, Json::Array(list)) if kind.ends_with("[]") => {
-                !list.is_empty() && list.iter().all(|value| fits(kind.trim_end_matches("[]"), value, types, used))
+                !list.is_empty()
+                    && list
+                        .iter()
+                        .all(|value| fits(kind.trim_end_matches("[]").trim_matches(['(', ')']), value, types, used))
             }
             (_, Json::Object(fields)) if kind.starts_with('{') => {
                 let inner = kind.trim_start_matches('{').trim_end_matches('}');
@@ -393,6 +404,7 @@ mod tests {
             ("Column", json!(column)),
             ("Value", json!(Value { value: Some(1) })),
             ("Value", json!(Value { value: None })),
+            ("Values", json!(Values { values: vec![Some(1), None] })),
             ("Reach", json!(Reach { address: 1, timeout: 1000 })),
             ("Products", json!(Products { products: vec!["1140".into()] })),
             ("Text", json!(Text { text: "done".into(), done: true })),

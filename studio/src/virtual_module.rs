@@ -5,17 +5,20 @@ use std::time::Duration;
 
 use hal_sim::board::BoardKind;
 use hal_sim::clock::Nanos;
+use hal_sim::control::State;
 use hal_sim::world::config::WorldConfig;
+use tmcl_tools::calc::{Live, Settings};
 use tmcl_tools::desk::{
     ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
 };
-use tmcl_tools::product;
+use tmcl_tools::product::{self, speed_unit};
+use tmcm::param::{AxisParameter, Unit};
 use tmcm_sim::client::Client;
 use tmcm_sim::fleet::{Fleet, Member};
 use tmcm_sim::protocol::Speed;
 use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
 
-use crate::types::{Finished, Line, Module, Outcome, Request, Start, Ticket, Turn};
+use crate::types::{Column, Columns, Finished, Line, Module, Outcome, Request, Start, Ticket, Turn, Values};
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
@@ -99,6 +102,32 @@ impl Virtual {
         self.last = self.last.wrapping_add(1);
         self.asked.push((self.last, self.fleet.ask(0, asked.command())));
         Ticket { ticket: self.last }
+    }
+
+    /// The values of columns, which are looked at in the motion controllers, without letting time pass.
+    pub fn look(&mut self, Columns { columns }: &Columns) -> Values {
+        let state = self.fleet.modules_mut().first_mut().map(|module| State::of(&module.board_mut()));
+        let value = |Column { request, .. }: &Column| {
+            let axis = state.as_ref()?.axes.get(usize::from(request.motor))?;
+            match self.product.spec().axis.find(request.kind)?.function {
+                AxisParameter::ActualPosition => Some(axis.position),
+                AxisParameter::ActualSpeed => Some(self.speed(axis.velocity)),
+                _ => None,
+            }
+        };
+        Values { values: columns.iter().map(value).collect() }
+    }
+
+    /// A velocity of the motion controller in the unit of the product.
+    fn speed(&self, velocity: i32) -> i32 {
+        match speed_unit(self.product) {
+            // Neither divisors, steps nor microsteps make a difference to units of a TMC5160.
+            Unit::Pps => {
+                let settings = Settings { divisors: (0, 0), microsteps: 256, steps: 200, in_chip: true };
+                Live::new(self.product, settings).speed_in_pulses(velocity).round() as i32
+            }
+            _ => velocity,
+        }
     }
 
     /// Takes a line of the control port. Its answer comes with a later turn.
@@ -230,8 +259,28 @@ mod tests {
         let before = desk.control("state")["rotor"].as_i64().unwrap();
         (0..100).for_each(|_| drop(desk.turn()));
         assert_eq!(desk.control("state")["rotor"], before);
+        let column = |command| Column { name: String::new(), unit: String::new(), request: Request::new(1, command) };
+        let columns = [Command::new(6, 3, 0, 0), Command::new(6, 1, 9, 0)].map(column).into();
+        let columns = Columns { columns };
+        let time = desk.control("state")["time_us"].clone();
+        assert_eq!(desk.module.look(&columns).values[1], None);
+        assert_eq!(desk.control("state")["time_us"], time);
+        assert_eq!(desk.control("state")["rotor"], before);
         desk.control("step 1 s");
         assert!(desk.control("state")["rotor"].as_i64().unwrap() > before + 1000);
+        assert_eq!(desk.module.look(&columns).values, [Some(500), None]);
+    }
+
+    /// 51 200 pps of a TMC5160 at 16 MHz are 51 200 * 2^24 / 16e6 = 53 687 of its units, and 51 200 again to the pps.
+    #[test]
+    fn speeds_are_in_the_unit_of_the_product() {
+        let mut desk = Desk::of("3212");
+        desk.ask(Command::new(1, 0, 2, 51_200));
+        desk.control("pause");
+        desk.control("step 2 s");
+        let request = Request::new(1, Command::new(6, 3, 2, 0));
+        let columns = Columns { columns: vec![Column { name: String::new(), unit: String::new(), request }] };
+        assert_eq!(desk.module.look(&columns).values, [Some(51_200)]);
     }
 
     #[test]

@@ -1,0 +1,78 @@
+"""The page as its users meet it: by roles and names."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from bed.module import PROGRAM, ROOT
+from playwright.sync_api import Locator, Page, expect
+
+# Where `cargo studio --build` has made the page; or another copy of it.
+FOLDER = Path(os.environ.get("TMCL_STUDIO", ROOT / "target" / "studio"))
+
+
+class Studio:
+    """An open page."""
+
+    def __init__(self, page: Page):
+        self.page = page
+        self.module = page.get_by_role("status", name="Module")
+        self.link = page.get_by_role("status", name="Link")
+        self.line = page.get_by_role("textbox", name="Command")
+        self.around = page.get_by_role("textbox", name="Line of the control port")
+        self.replies = page.get_by_role("log", name="Replies").get_by_role("listitem")
+        self.answers = page.get_by_role("log", name="Answers").get_by_role("listitem")
+        self.danger = page.get_by_role("alert")
+        expect(self.link).to_have_text("ready")
+
+    def button(self, name: str) -> Locator:
+        """A button by its whole name."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def start(self, product: str = "1140") -> None:
+        """Starts a virtual module."""
+        self.page.get_by_label("Virtual module", exact=True).select_option(product)
+        self.button("Start").click()
+        self.is_there(product)
+
+    def connect(self, product: str = "1140") -> None:
+        """Connects the serial port."""
+        self.button("Connect").click()
+        self.is_there(product)
+
+    def is_there(self, product: str) -> None:
+        """Waits until a module has told what it is."""
+        expect(self.link).to_have_text("connected")
+        expect(self.module).to_contain_text(f"TMCM-{product}, firmware ")
+
+    def send(self, line: str) -> str:
+        """Sends a command, and gives its reply."""
+        count = self.replies.count()
+        self.line.fill(line)
+        self.line.press("Enter")
+        expect(self.replies).to_have_count(count + 1)
+        return self.replies.nth(count).inner_text()
+
+    def control(self, line: str) -> dict[str, Any]:
+        """Gives the virtual module a line of its control port, and gives the fields of the answer."""
+        count = self.answers.count()
+        self.around.fill(line)
+        self.around.press("Enter")
+        expect(self.answers).to_have_count(count + 1)
+        answer: dict[str, Any] = json.loads(self.answers.nth(count).inner_text())
+        return answer
+
+    def job(self, name: str) -> Locator:
+        """The lines of the jobs of this name."""
+        return self.page.get_by_role("list", name="Jobs").get_by_role("listitem").filter(has_text=name)
+
+
+def tmcl(*arguments: str, code: int = 0) -> str:
+    """What the program `tmcl` prints, without the end of the line."""
+    done = subprocess.run([PROGRAM, *arguments], check=False, capture_output=True, text=True)
+    assert done.returncode == code, done.stderr
+    return done.stdout.rstrip("\n")

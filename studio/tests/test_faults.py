@@ -1,0 +1,107 @@
+"""What is not as it should be: browsers that cannot, and modules that are strange."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from bed import browser as browsers
+from bed.browser import Browser
+from bed.fake import Fake, reply
+from bed.module import VirtualModule
+from bed.server import Site
+from playwright.sync_api import Playwright, expect
+from studio import Studio
+
+# Commands 136 and 1 (ROR).
+VERSION, ROR = 136, 1
+
+
+@pytest.fixture
+def without_serial(playwright: Playwright, tmp_path: Path, library: Path, ports: Path) -> Iterator[Browser]:
+    """Chromium without Web Serial."""
+    arguments = ["--disable-blink-features=Serial"]
+    with browsers.chromium(playwright, tmp_path, library, ports, arguments=arguments) as browser:
+        yield browser
+
+
+@pytest.fixture
+def without_suspension(playwright: Playwright, tmp_path: Path, library: Path, ports: Path) -> Iterator[Browser]:
+    """Firefox that does not suspend WebAssembly; Chromium has no such switch."""
+    preferences = {"javascript.options.wasm_js_promise_integration": False}
+    with browsers.firefox(playwright, tmp_path, library, ports, preferences=preferences) as browser:
+        yield browser
+
+
+@pytest.fixture(params=["without_serial", "without_suspension"])
+def limited(request: pytest.FixtureRequest) -> Browser:
+    """A browser without what real modules need."""
+    browser: Browser = request.getfixturevalue(request.param)
+    return browser
+
+
+def test_without_it_virtual_modules_work(limited: Browser, studio_site: Site) -> None:
+    studio = Studio(limited.open(studio_site.url))
+    missing = studio.page.evaluate("[!('Suspending' in WebAssembly), !('serial' in navigator)]")
+    assert sorted(missing) == [False, True]
+    studio.button("Connect").click()
+    expect(studio.link).to_contain_text("Chrome and Edge (from 137 on) and Firefox (from 153 on) do")
+    studio.start("6110")
+    assert studio.send("ROR 5, 500").endswith("status 100 ok")
+    studio.control("pause")
+    studio.control("step 1 s")
+    assert studio.control("state")["axes"][5]["velocity"] == 500
+    studio.button("STOP").click()
+    expect(studio.danger).to_have_text("")
+    studio.control("step 5 s")
+    assert studio.control("state")["axes"][5]["velocity"] == 0
+    studio.button("Read all settings").click()
+    expect(studio.job("Read all settings")).to_contain_text("done")
+
+
+@pytest.fixture
+def studio(playwright: Playwright, tmp_path: Path, library: Path, ports: Path, studio_site: Site) -> Iterator[Studio]:
+    """The page in Chromium, which has all serial ports."""
+    with browsers.chromium(playwright, tmp_path, library, ports, origins=[studio_site.origin]) as browser:
+        yield Studio(browser.open(studio_site.url))
+
+
+def test_a_strange_module_is_commanded_all_the_same(studio: Studio, ports: Path) -> None:
+    def answer(request: bytes) -> bytes:
+        return reply(request, 9999 << 16 | 0x0203 if request[1] == VERSION else 7)
+
+    with Fake(ports / "ttyACM0", answer) as fake:
+        studio.button("Connect").click()
+        expect(studio.module).to_have_text("TMCM-9999, firmware 2.03, which is not known here")
+        assert studio.send("ROR 0, 500") == "ROR 0, 500: 7, status 100 ok"
+        studio.button("STOP").click()
+        studio.page.wait_for_timeout(300)
+        stops = [request[3] for request in fake.requests if request[1] == 3]
+        # Six axes, as the largest module has that is known.
+        assert stops == [0, 1, 2, 3, 4, 5]
+
+
+def test_half_a_reply_is_told(studio: Studio, ports: Path) -> None:
+    def answer(request: bytes) -> bytes:
+        whole = reply(request, 1140 << 16 | 0x012A if request[1] == VERSION else 0)
+        return whole[:5] if request[1] == ROR else whole
+
+    with Fake(ports / "ttyACM0", answer):
+        studio.connect()
+        assert "only 5 of 9 bytes of a reply came" in studio.send("ROR 0, 500")
+        assert studio.send("GAP 1, 0").endswith("status 100 ok"), "the page goes on"
+
+
+def test_a_port_that_goes_during_a_job(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        module.ask("fault reply-delay 20 ms")
+        studio.button("Read all settings").click()
+        expect(studio.job("Read all settings")).to_contain_text(" of ")
+    expect(studio.link).to_contain_text("the link is lost")
+    expect(studio.job("Read all settings")).to_contain_text("link")
+    with VirtualModule(ports / "ttyACM0", tmp_path):
+        studio.is_there("1140")
+        studio.button("Read all settings").click()
+        expect(studio.job("Read all settings").last).to_contain_text("done")
