@@ -22,6 +22,11 @@ export class Host {
         this.module = undefined;
     }
 
+    /** A STOP could not be sent, because the link is lost. The page asks for it again when the module is identified anew. */
+    #owe() {
+        this.tell({ stopped: false, owed: true });
+    }
+
     /**
      * Does what a message of the page asks for.
      * @param {any} asked
@@ -34,10 +39,15 @@ export class Host {
         if (asked.leave) {
             this.wanted = undefined;
             await this.link?.leave();
+            this.link = undefined;
             return {};
         }
         const link = this.link;
         if (!link) {
+            if (asked.stop && this.wanted !== undefined) {
+                this.#owe();
+                return {};
+            }
             throw new Error('the link is not open');
         }
         if (asked.exchange) {
@@ -66,6 +76,15 @@ export class Host {
     async open(module, wanted) {
         this.module = module;
         this.wanted = wanted;
+        this.link = await this.#make(module, wanted);
+        return {};
+    }
+
+    /**
+     * @param {WebAssembly.Module} module
+     * @param {any} wanted
+     */
+    async #make(module, wanted) {
         const doors = await Doors.open(module, NOBODY, false);
         /** @param {any} told */
         const hear = (told) => {
@@ -78,8 +97,7 @@ export class Host {
             wanted.virtual !== undefined
                 ? new VirtualSource(doors, wanted.virtual, hear)
                 : await SerialSource.open(doors, wanted.serial, hear);
-        this.link = new Link(source, doors, this.tell);
-        return {};
+        return new Link(source, doors, this.tell);
     }
 
     /** Tries again each second until the link is there. */
@@ -89,12 +107,24 @@ export class Host {
         this.link = undefined;
         if (lost) {
             lost.open = false;
+            if (lost.stopping) {
+                this.#owe();
+            }
             await lost.source.close();
         }
-        while (this.wanted !== undefined && this.wanted === wanted && !this.link) {
+        const isWanted = () => this.wanted !== undefined && this.wanted === wanted;
+        while (isWanted() && !this.link) {
             await new Promise((resolve) => setTimeout(resolve, AGAIN));
+            if (!isWanted()) {
+                return;
+            }
             try {
-                await this.open(/** @type {WebAssembly.Module} */ (this.module), wanted);
+                const link = await this.#make(/** @type {WebAssembly.Module} */ (this.module), wanted);
+                if (!isWanted()) {
+                    await link.leave();
+                    return;
+                }
+                this.link = link;
                 this.tell({ opened: true });
             } catch (error) {
                 this.tell({ retry: error instanceof Error ? error.message : String(error) });

@@ -29,6 +29,10 @@ const history = [];
 let older = 0;
 /** @type {HTMLElement[]} */
 let cells = [];
+/** Number of attempts to open a link; only the last one counts. */
+let attempts = 0;
+/** A STOP could not be sent, and is sent as soon as the module is there again. */
+let owed = false;
 
 /**
  * Adds a line to a list.
@@ -61,7 +65,18 @@ function enable(there) {
  * @param {any} wanted
  */
 async function open(wanted) {
+    const typed = ['rate', 'address'].map((id) => /** @type {HTMLInputElement} */ (at(id)));
+    const wrong = typed.find((input) => !input.checkValidity());
+    if (wrong) {
+        at('state').textContent = `${wrong.labels?.[0]?.textContent}: ${wrong.validationMessage}`;
+        wrong.focus();
+        return;
+    }
+    // What becomes of an earlier attempt does not count any more.
+    attempts += 1;
+    const attempt = attempts;
     enable(false);
+    owed = false;
     at('danger').textContent = '';
     at('state').textContent = 'opening';
     at('world').hidden = wanted.virtual === undefined;
@@ -71,18 +86,24 @@ async function open(wanted) {
         /** @type {HTMLButtonElement} */ (at('leave')).disabled = false;
         await identify();
     } catch (error) {
-        at('state').textContent = words(error);
-        at('module').textContent = 'no module';
+        if (attempt === attempts) {
+            at('state').textContent = words(error);
+            at('module').textContent = 'no module';
+        }
     }
 }
 
 /** Asks what the module is, before anything else. */
 async function identify() {
+    const attempt = attempts;
     const module = await session.identify();
+    if (attempt !== attempts) {
+        return;
+    }
     at('module').textContent = module.product === null ? `${module.name}, which is not known here` : module.name;
     at('state').textContent = 'connected';
     enable(true);
-    void session.ask({ sample: true });
+    session.ask({ sample: true }).catch(() => undefined);
 }
 
 /**
@@ -91,6 +112,7 @@ async function identify() {
  */
 function hear(told) {
     if (told.stopped !== undefined) {
+        owed = told.owed ?? false;
         at('danger').textContent = told.stopped
             ? ''
             : 'STOP is not answered, and is sent again: the motor may turn. Switch its power off if it must not.';
@@ -109,7 +131,9 @@ function hear(told) {
     } else if (told.retry !== undefined) {
         at('state').textContent = `the link is lost: ${told.retry}; trying again each second`;
     } else if (told.again) {
-        identify().catch((error) => (at('state').textContent = words(error)));
+        identify()
+            .catch((error) => (at('state').textContent = words(error)))
+            .finally(() => owed && press());
     } else if (told.line !== undefined) {
         add('answers', told.line);
     } else if (told.message !== undefined) {
@@ -251,6 +275,7 @@ async function begin() {
     at('start').onclick = () => void open({ virtual: product.value });
     at('connect').onclick = () => void connect();
     at('leave').onclick = async () => {
+        attempts += 1;
         enable(false);
         await session.leave();
         /** @type {HTMLButtonElement} */ (at('leave')).disabled = true;
@@ -273,6 +298,8 @@ async function begin() {
         }
     };
     window.addEventListener('pagehide', () => session.vanish());
+    // A page that comes back as it was has no link any more.
+    window.addEventListener('pageshow', (event) => event.persisted && location.reload());
     at('state').textContent = 'ready';
 }
 

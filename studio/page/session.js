@@ -23,6 +23,8 @@ export class Session {
         /** @type {Worker | undefined} */
         this.linkWorker = undefined;
         this.address = 1;
+        /** The last thing that is done with the link. */
+        this.turn = Promise.resolve();
         /** This page has set something in motion, as far as the link knows. */
         this.moved = false;
         this.#startTools();
@@ -32,7 +34,11 @@ export class Session {
         const made = worker('tools-worker.js');
         this.toolsWorker = made;
         this.tools = new Port(made, (told) => this.#hear(told));
-        made.onmessage = ({ data }) => /** @type {Port} */ (this.tools).take(data);
+        made.onmessage = ({ data }) => {
+            // Where the browser does not suspend WebAssembly, the tools' worker has the link as well.
+            const port = data.link === undefined ? this.tools : this.link;
+            port?.take(data.link ?? data);
+        };
         made.onerror = (event) => this.#hear({ dead: event.message ?? 'the tools could not be loaded' });
         made.postMessage({ module: this.module });
     }
@@ -46,6 +52,9 @@ export class Session {
             this.#startTools();
             this.#join();
         }
+        if (told.lost !== undefined) {
+            this.#endJobs();
+        }
         if (told.moved !== undefined) {
             this.moved = told.moved;
             return;
@@ -54,6 +63,11 @@ export class Session {
             this.tell({ again: true });
         }
         this.tell(told);
+    }
+
+    /** What was meant for one module is not done at another. */
+    #endJobs() {
+        this.tools?.asked.forEach((_, id) => this.end(id));
     }
 
     /** Gives the tools a port to the link. */
@@ -66,34 +80,47 @@ export class Session {
     }
 
     /**
+     * Does something with the link when all that was begun before has ended.
+     * @param {() => Promise<void>} job
+     */
+    #inTurn(job) {
+        const done = this.turn.then(job);
+        this.turn = done.catch(() => undefined);
+        return done;
+    }
+
+    /**
      * Opens a link, in the place of the one before.
      * @param {object} wanted a virtual module or a serial port
      * @param {number} address
      */
-    async open(wanted, address) {
-        await this.leave();
+    open(wanted, address) {
+        return this.#inTurn(() => this.#open(wanted, address));
+    }
+
+    /** Stops what this page has set in motion, and closes the link. */
+    leave() {
+        return this.#inTurn(() => this.#leave());
+    }
+
+    /**
+     * @param {object} wanted
+     * @param {number} address
+     */
+    async #open(wanted, address) {
+        this.#endJobs();
+        await this.#leave();
         this.address = address;
         if (canSuspend) {
             const made = worker('link-worker.js');
             this.linkWorker = made;
-            const link = new Port(made, (told) => this.#hear(told));
+            const link = new Port(made, (told) => this.link === link && this.#hear(told));
             this.link = link;
             made.onmessage = ({ data }) => link.take(data);
             made.onerror = (event) => this.#hear({ lost: event.message ?? 'the link could not be loaded' });
         } else {
-            const tools = /** @type {Worker} */ (this.toolsWorker);
-            const post = (/** @type {any} */ message) => tools.postMessage({ link: message });
-            const link = new Port({ postMessage: ({ id, ...asked }) => post({ id, asked: asked.asked }) }, this.tell);
-            this.link = link;
-            link.last = 1_000_000;
-            const toTools = tools.onmessage;
-            tools.onmessage = (event) => {
-                if (event.data.id > 1_000_000) {
-                    link.take(event.data);
-                } else {
-                    toTools?.call(tools, event);
-                }
-            };
+            const post = (/** @type {any} */ message) => this.toolsWorker?.postMessage({ link: message });
+            this.link = new Port({ postMessage: post }, (told) => this.#hear(told));
         }
         this.#join();
         this.moved = false;
@@ -140,14 +167,14 @@ export class Session {
         return this.ask({ stop: true });
     }
 
-    /** Stops what this page has set in motion, and closes the link. */
-    async leave() {
+    async #leave() {
         if (!this.link) {
             return;
         }
         const { linkWorker, link } = this;
         await link.ask({ asked: { leave: true } }).answer.catch(() => undefined);
         link.endAll('the link is closed');
+        this.toolsWorker?.postMessage({ closed: true });
         linkWorker?.terminate();
         this.link = undefined;
         this.linkWorker = undefined;

@@ -3,6 +3,8 @@
 import { canSuspend, Dead, Doors, Ended } from './doors.js';
 import { Host } from './host.js';
 
+/** Why nothing is exchanged. */
+const NO_LINK = 'there is no link any more';
 /** Time between two reports of how far a job has got, in milliseconds. */
 const REPORT = 50;
 
@@ -38,13 +40,24 @@ function ask(exchange) {
     }
     if (host) {
         const source = /** @type {any} */ (host.link)?.source;
-        return source ? source.exchangeNow(exchange.request) : { lost: 'there is no link' };
+        return source ? source.exchangeNow(exchange.request, exchange.timeout) : { lost: NO_LINK };
     }
+    if (!link) {
+        return { lost: NO_LINK };
+    }
+    const to = link;
     return new Promise((resolve) => {
         last += 1;
         asked.set(last, resolve);
-        link?.postMessage({ id: last, asked: { exchange } });
+        to.postMessage({ id: last, asked: { exchange } });
     });
+}
+
+/** The link is closed: whoever waits for it waits no more. */
+function disconnect() {
+    link = undefined;
+    asked.forEach((resolve) => resolve({ lost: NO_LINK }));
+    asked.clear();
 }
 
 /** @param {number} milliseconds */
@@ -118,6 +131,8 @@ page.addEventListener('message', async (/** @type {MessageEvent} */ event) => {
         page.postMessage({ told: { ready: true } });
     } else if (message.port) {
         connect(message.port);
+    } else if (message.closed) {
+        disconnect();
     } else if (message.end !== undefined) {
         const waiting = jobs.findIndex((job) => job.id === message.end);
         if (waiting >= 0) {
@@ -128,7 +143,7 @@ page.addEventListener('message', async (/** @type {MessageEvent} */ event) => {
             wake?.();
         }
     } else if (message.link) {
-        void host?.answer(page, message.link);
+        void host?.answer({ postMessage: (/** @type {any} */ link) => page.postMessage({ link }) }, message.link);
     } else {
         jobs.push(message);
         if (working) {

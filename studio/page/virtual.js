@@ -35,7 +35,7 @@ export class VirtualSource {
         } catch (error) {
             this.open = false;
             this.asked.forEach((resolve) => resolve({ lost: 'the virtual module has ended' }));
-            this.tell({ dead: String(error instanceof Error ? error.message : error) });
+            this.tell({ lost: `the virtual module has ended: ${error instanceof Error ? error.message : error}` });
         }
     }
 
@@ -57,12 +57,24 @@ export class VirtualSource {
 
     /**
      * @param {Request} request
+     * @param {number} timeout
      * @returns {Promise<Outcome>}
      */
-    exchange(request) {
+    exchange(request, timeout) {
         return new Promise((resolve) => {
+            if (!this.open) {
+                resolve({ lost: 'the virtual module has ended' });
+                return;
+            }
             const { ticket } = this.doors.ask('virtual_ask', request);
-            this.asked.set(ticket, resolve);
+            const timer = setTimeout(() => {
+                this.asked.delete(ticket);
+                resolve({ no_reply: 0 });
+            }, timeout);
+            this.asked.set(ticket, (outcome) => {
+                clearTimeout(timer);
+                resolve(outcome);
+            });
             this.#turn();
         });
     }
@@ -79,17 +91,20 @@ export class VirtualSource {
     /**
      * A request without a promise, for a browser that does not suspend WebAssembly.
      * @param {Request} request
+     * @param {number} timeout
      * @returns {Outcome}
      */
-    exchangeNow(request) {
+    exchangeNow(request, timeout) {
         /** @type {Outcome | undefined} */
         let ended;
         const { ticket } = this.doors.ask('virtual_ask', request);
         this.asked.set(ticket, (outcome) => (ended = outcome));
-        while (ended === undefined) {
+        const until = performance.now() + timeout;
+        while (ended === undefined && performance.now() < until) {
             this.#pass();
         }
-        return ended;
+        this.asked.delete(ticket);
+        return ended ?? { no_reply: 0 };
     }
 
     /**

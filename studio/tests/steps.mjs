@@ -13,7 +13,7 @@ if (canSuspend) {
 const module = await WebAssembly.compile(await readFile(new URL('tmcl_studio.wasm', folder)));
 const source = new VirtualSource(await Doors.open(module, NOBODY, false), '1140', console.log);
 const world = {
-    exchange: ({ request }) => source.exchangeNow(request),
+    exchange: ({ request, timeout }) => source.exchangeNow(request, timeout),
     pause: (milliseconds) => (source.passNow(milliseconds), false),
     within: (milliseconds) => (source.passNow(milliseconds), false),
     forget: () => {},

@@ -105,3 +105,50 @@ def test_a_port_that_goes_during_a_job(studio: Studio, ports: Path, tmp_path: Pa
         studio.is_there("1140")
         studio.button("Read all settings").click()
         expect(studio.job("Read all settings").last).to_contain_text("done")
+
+
+def test_a_stop_that_finds_the_link_lost_is_sent_when_it_is_back(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path):
+        studio.connect()
+    expect(studio.link).to_contain_text("the link is lost")
+    studio.button("STOP").click()
+    expect(studio.danger).to_contain_text("the motor may turn")
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        module.wait_for_telegrams("136, 1", "to 1: 128", "to 1: MST 0")
+        expect(studio.danger).to_have_text("")
+
+
+def test_only_the_last_of_several_attempts_counts(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        for _ in range(3):
+            studio.button("Connect").click(no_wait_after=True)
+            studio.button("Start").click(no_wait_after=True)
+        studio.page.get_by_label("Virtual module", exact=True).select_option("6110")
+        studio.button("Start").click()
+        studio.is_there("6110")
+        assert studio.send("GAP 1, 5").endswith("status 100 ok")
+        before = len(module.telegrams())
+        studio.page.wait_for_timeout(500)
+        assert len(module.telegrams()) == before, "nobody asks the module at the port any more"
+
+
+def test_a_job_that_waits_is_not_done_at_another_module(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        module.ask("fault reply-delay 50 ms")
+        studio.button("Read all settings").click()
+        studio.button("Load program").click()
+        expect(studio.job("Load program")).to_contain_text("waits until")
+        studio.start("3110")
+        expect(studio.job("Load program")).to_contain_text("ended")
+        assert studio.send("134, 0, 0, 0").startswith("134, 0, 0, 0: 0, 0, 0, 0")
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("Address", "300"), ("Address", ""), ("Bit rate", "2.5"), ("Bit rate", "0")]
+)
+def test_what_is_no_number_of_a_link_is_told(studio: Studio, field: str, value: str) -> None:
+    studio.page.get_by_label(field, exact=True).fill(value)
+    studio.button("Start").click()
+    expect(studio.link).to_contain_text(f"{field}: ")
+    expect(studio.page.get_by_label(field, exact=True)).to_be_focused()

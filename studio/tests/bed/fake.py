@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import threading
 import tty
 from collections.abc import Callable
@@ -28,7 +29,9 @@ class Fake:
         self._end, self._device = os.openpty()
         tty.setraw(self._device)
         serial.symlink_to(os.ttyname(self._device))
-        threading.Thread(target=self._serve, daemon=True).start()
+        self._ends, self._ending = os.pipe()
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
 
     def __enter__(self) -> Fake:
         return self
@@ -36,16 +39,18 @@ class Fake:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        os.close(self._device)
-        os.close(self._end)
+        os.close(self._ending)
+        self._thread.join()
+        for end in (self._ends, self._device, self._end):
+            os.close(end)
 
     def _serve(self) -> None:
         heard = b""
         while True:
-            try:
-                heard += os.read(self._end, 64)
-            except OSError:
+            ready, _, _ = select.select([self._end, self._ends], [], [])
+            if self._ends in ready:
                 return
+            heard += os.read(self._end, 64)
             while len(heard) >= TELEGRAM:
                 request, heard = heard[:TELEGRAM], heard[TELEGRAM:]
                 self.requests.append(request)
