@@ -20,6 +20,7 @@ export class Host {
         this.wanted = undefined;
         /** @type {WebAssembly.Module | undefined} */
         this.module = undefined;
+        this.address = 1;
     }
 
     /** A STOP could not be sent, because the link is lost. The page asks for it again when the module is identified anew. */
@@ -34,7 +35,7 @@ export class Host {
      */
     async hear(asked) {
         if (asked.open) {
-            return this.open(asked.module, asked.open);
+            return this.open(asked.module, asked.open, asked.address);
         }
         if (asked.leave) {
             this.wanted = undefined;
@@ -52,6 +53,10 @@ export class Host {
         }
         if (asked.exchange) {
             return link.request(asked.exchange);
+        }
+        if (asked.begin) {
+            link.begin();
+            return {};
         }
         if (asked.axes) {
             link.axes = asked.axes;
@@ -72,19 +77,22 @@ export class Host {
      * Opens a link.
      * @param {WebAssembly.Module} module
      * @param {any} wanted
+     * @param {number} address
      */
-    async open(module, wanted) {
+    async open(module, wanted, address) {
+        this.address = address;
         this.module = module;
         this.wanted = wanted;
-        this.link = await this.#make(module, wanted);
+        this.link = await this.#make(module, wanted, new Map());
         return {};
     }
 
     /**
      * @param {WebAssembly.Module} module
      * @param {any} wanted
+     * @param {Map<string, import('./types.js').Request>} moved
      */
-    async #make(module, wanted) {
+    async #make(module, wanted, moved) {
         const doors = await Doors.open(module, NOBODY, false);
         /** @param {any} told */
         const hear = (told) => {
@@ -97,7 +105,7 @@ export class Host {
             wanted.virtual !== undefined
                 ? new VirtualSource(doors, wanted.virtual, hear)
                 : await SerialSource.open(doors, wanted.serial, hear);
-        return new Link(source, doors, this.tell);
+        return new Link(source, doors, this.tell, this.address, moved);
     }
 
     /** Tries again each second until the link is there. */
@@ -112,6 +120,7 @@ export class Host {
             }
             await lost.source.close();
         }
+        const moved = lost?.moved ?? new Map();
         const isWanted = () => this.wanted !== undefined && this.wanted === wanted;
         while (isWanted() && !this.link) {
             await new Promise((resolve) => setTimeout(resolve, AGAIN));
@@ -119,7 +128,7 @@ export class Host {
                 return;
             }
             try {
-                const link = await this.#make(/** @type {WebAssembly.Module} */ (this.module), wanted);
+                const link = await this.#make(/** @type {WebAssembly.Module} */ (this.module), wanted, moved);
                 if (!isWanted()) {
                     await link.leave();
                     return;

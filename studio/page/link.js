@@ -12,6 +12,10 @@
  * @property {() => Promise<void>} close
  */
 
+/** The ranks of what is sent. */
+const STOP = 0;
+const REQUEST = 1;
+const SAMPLE = 2;
 /** How long the reply to a STOP is waited for, in milliseconds. */
 const STOP_TIMEOUT = 300;
 /** How long the reply to a sample is waited for. */
@@ -32,21 +36,25 @@ export class Link {
      * @param {Source} source
      * @param {import('./doors.js').Doors} doors
      * @param {(told: any) => void} tell
+     * @param {number} address of the module
+     * @param {Map<string, Request>} moved what stops what this page has set in motion, by its text
      */
-    constructor(source, doors, tell) {
+    constructor(source, doors, tell, address, moved) {
         this.source = source;
         this.doors = doors;
         this.tell = tell;
-        /** Jobs by their rank: STOP, requests, samples.
-         * @type {(() => Promise<void>)[][]} */
+        /** Jobs by their rank: STOP, requests, samples. One that is dropped does not get its turn.
+         * @type {{ run: () => Promise<void>, drop: () => void }[][]} */
         this.jobs = [[], [], []];
         this.busy = false;
         this.open = true;
         /** @type {import('./types.js').Axes} */
-        this.axes = { address: 1, product: null };
-        /** What stops what this page has set in motion, by its text.
-         * @type {Map<string, Request>} */
-        this.moved = new Map();
+        this.axes = { address, product: null };
+        this.moved = moved;
+        /** The module stores commands, and does not carry them out. */
+        this.downloading = false;
+        /** What the tools were at when STOP was pressed is not carried on: until they begin with something else. */
+        this.refuses = false;
         /** @type {import('./types.js').Column[]} */
         this.columns = [];
         /** @type {{ at: number, values: (number | null)[] }[]} */
@@ -56,15 +64,6 @@ export class Link {
         this.pressed = false;
         /** @type {(() => void) | undefined} */
         this.wake = undefined;
-    }
-
-    /**
-     * @param {number} rank
-     * @param {() => Promise<void>} job
-     */
-    #add(rank, job) {
-        this.jobs[rank].push(job);
-        void this.#work();
     }
 
     async #work() {
@@ -77,43 +76,73 @@ export class Link {
             if (!job) {
                 break;
             }
-            await job();
+            await job.run();
         }
         this.busy = false;
     }
 
     /**
-     * A request in its turn.
+     * A request in its turn. `begin` is called before it is sent.
      * @param {number} rank
      * @param {Request} request
      * @param {number} timeout
+     * @param {() => void} begin
      * @returns {Promise<Outcome>}
      */
-    #exchange(rank, request, timeout) {
+    #exchange(rank, request, timeout, begin = () => undefined) {
         return new Promise((resolve) => {
-            this.#add(rank, async () => {
-                resolve(this.open ? await this.source.exchange(request, timeout) : { lost: 'the link is closed' });
-            });
+            const run = async () => {
+                if (rank === SAMPLE && this.downloading) {
+                    // It would be stored in between the commands of the program.
+                    resolve('interrupted');
+                    return;
+                }
+                try {
+                    begin();
+                    resolve(this.open ? await this.source.exchange(request, timeout) : { lost: 'the link is closed' });
+                } catch (error) {
+                    resolve({ lost: error instanceof Error ? error.message : String(error) });
+                }
+            };
+            this.jobs[rank].push({ run, drop: () => resolve('interrupted') });
+            void this.#work();
         });
     }
 
     /**
      * A request of the tools.
      * @param {import('./types.js').Exchange} asked
+     * @returns {Promise<Outcome>}
      */
-    request({ request, timeout }) {
-        const { product } = this.axes;
-        const { requests } = this.doors.ask('stop_after', { request, product });
-        for (const stop of requests) {
+    async request({ request, timeout }) {
+        return this.refuses ? 'interrupted' : this.#exchange(REQUEST, request, timeout, () => this.#note(request));
+    }
+
+    /** The tools begin with something new. */
+    begin() {
+        this.refuses = false;
+    }
+
+    /**
+     * Notes what has to be known of a request that is going to be sent.
+     * @param {Request} request
+     */
+    #note(request) {
+        /** @type {import('./types.js').Noted} */
+        const { stops, download } = this.doors.ask('stop_noted', { request, product: this.axes.product });
+        this.downloading = download ?? this.downloading;
+        for (const stop of stops) {
             this.moved.set(JSON.stringify(stop), stop);
             this.tell({ moved: true });
         }
-        return this.#exchange(1, request, timeout);
     }
 
     /** Stops all motors, again and again until that is answered; and once more if it is pressed meanwhile. */
     async stop() {
         this.pressed = true;
+        // What waits is not done after this.
+        this.refuses = true;
+        this.jobs[REQUEST].splice(0).forEach((job) => job.drop());
         this.wake?.();
         if (this.stopping) {
             return;
@@ -125,15 +154,20 @@ export class Link {
             if (this.pressed) {
                 this.pressed = false;
                 left = this.doors.ask('stop_requests', this.axes).requests;
-            }
-            const unanswered = [];
-            for (const request of left) {
-                const outcome = await this.#exchange(0, request, STOP_TIMEOUT);
-                if (typeof outcome !== 'object' || !('reply' in outcome)) {
-                    unanswered.push(request);
+                if (this.downloading) {
+                    left = [...this.moved.values(), ...left];
                 }
             }
-            left = unanswered;
+            const again = [];
+            for (const request of left) {
+                const outcome = await this.#exchange(STOP, request, STOP_TIMEOUT);
+                const { requests } = this.doors.ask('stop_left', { request, outcome });
+                if (requests.length > 0) {
+                    again.push(...requests);
+                    this.tell({ stopped: false });
+                }
+            }
+            left = again;
             this.tell({ stopped: left.length === 0 });
             if (left.length > 0 && !this.pressed) {
                 await this.#sleep(AGAIN);
@@ -141,6 +175,7 @@ export class Link {
         }
         this.stopping = false;
         if (left.length === 0) {
+            this.downloading = false;
             this.moved.clear();
             this.tell({ moved: false });
         }
@@ -167,12 +202,16 @@ export class Link {
         let told = performance.now();
         while (this.open && this.columns.length > 0) {
             const columns = this.columns;
+            if (this.downloading) {
+                await sleep(ROW);
+                continue;
+            }
             const at = performance.now();
             const values = this.source.look?.(columns) ?? (await this.#values(columns));
             if (columns === this.columns) {
                 this.rows.push({ at, values });
             }
-            if (performance.now() - told >= PORTION) {
+            if (performance.now() - told >= PORTION && this.rows.length > 0) {
                 told = performance.now();
                 this.tell({ rows: this.rows });
                 this.rows = [];
@@ -189,7 +228,7 @@ export class Link {
     async #values(columns) {
         const values = [];
         for (const { request } of columns) {
-            const outcome = await this.#exchange(2, request, SAMPLE_TIMEOUT);
+            const outcome = await this.#exchange(SAMPLE, request, SAMPLE_TIMEOUT);
             values.push(this.doors.ask('sample_value', { request, outcome }).value);
         }
         return values;
@@ -211,8 +250,10 @@ export class Link {
     /** Stops what this page has set in motion, and closes the link. */
     async leave() {
         this.rest();
+        this.refuses = true;
+        this.jobs[REQUEST].splice(0).forEach((job) => job.drop());
         for (const request of this.moved.values()) {
-            await this.#exchange(0, request, STOP_TIMEOUT);
+            await this.#exchange(STOP, request, STOP_TIMEOUT);
         }
         this.open = false;
         await this.source.close();

@@ -77,7 +77,7 @@ async function open(wanted) {
     const attempt = attempts;
     enable(false);
     owed = false;
-    at('danger').textContent = '';
+    leaveDanger();
     at('state').textContent = 'opening';
     at('world').hidden = wanted.virtual === undefined;
     const address = Number(/** @type {HTMLInputElement} */ (at('address')).value);
@@ -106,6 +106,29 @@ async function identify() {
     session.ask({ sample: true }).catch(() => undefined);
 }
 
+/** Asks again and again what the module is: one that has just been switched on takes its time. */
+async function identifyAgain() {
+    for (const attempt = attempts; attempt === attempts && session.link; ) {
+        try {
+            await identify();
+            break;
+        } catch (error) {
+            at('state').textContent = `${words(error)}; asking again each second`;
+            await new Promise((resolve) => setTimeout(resolve, 1000));
+        }
+    }
+    if (owed) {
+        press();
+    }
+}
+
+/** A STOP that was not answered is not forgotten with its link. */
+function leaveDanger() {
+    if (at('danger').textContent !== '') {
+        at('danger').textContent = 'STOP was not answered, and the link is closed: the motor may turn.';
+    }
+}
+
 /**
  * What the workers tell.
  * @param {any} told
@@ -131,9 +154,7 @@ function hear(told) {
     } else if (told.retry !== undefined) {
         at('state').textContent = `the link is lost: ${told.retry}; trying again each second`;
     } else if (told.again) {
-        identify()
-            .catch((error) => (at('state').textContent = words(error)))
-            .finally(() => owed && press());
+        void identifyAgain();
     } else if (told.line !== undefined) {
         add('answers', told.line);
     } else if (told.message !== undefined) {
@@ -277,6 +298,7 @@ async function begin() {
     at('leave').onclick = async () => {
         attempts += 1;
         enable(false);
+        leaveDanger();
         await session.leave();
         /** @type {HTMLButtonElement} */ (at('leave')).disabled = true;
         at('state').textContent = 'disconnected';

@@ -140,14 +140,19 @@ export class SerialSource {
 
     async close() {
         this.lost ??= 'the port is closed';
-        try {
-            await this.reader.cancel();
-            this.reader.releaseLock();
-            await this.writer.abort();
-            this.writer.releaseLock();
-            await this.port.close();
-        } catch {
-            // A port that is gone is closed already.
+        const steps = [
+            () => this.reader.cancel(),
+            () => this.reader.releaseLock(),
+            () => this.writer.abort(),
+            () => this.writer.releaseLock(),
+            () => this.port.close(),
+        ];
+        for (const step of steps) {
+            try {
+                await step();
+            } catch {
+                // A port that is gone is closed already; one that has told an error is not.
+            }
         }
         this.free();
     }

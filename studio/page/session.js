@@ -25,6 +25,9 @@ export class Session {
         this.address = 1;
         /** The last thing that is done with the link. */
         this.turn = Promise.resolve();
+        /** Numbers of the jobs that a STOP ends, but for those by which a module is identified.
+         * @type {Set<number>} */
+        this.jobs = new Set();
         /** This page has set something in motion, as far as the link knows. */
         this.moved = false;
         this.#startTools();
@@ -67,7 +70,8 @@ export class Session {
 
     /** What was meant for one module is not done at another. */
     #endJobs() {
-        this.tools?.asked.forEach((_, id) => this.end(id));
+        this.jobs.forEach((id) => this.end(id));
+        this.jobs.clear();
     }
 
     /** Gives the tools a port to the link. */
@@ -124,7 +128,7 @@ export class Session {
         }
         this.#join();
         this.moved = false;
-        await this.link.ask({ asked: { open: wanted, module: this.module } }).answer;
+        await this.link.ask({ asked: { open: wanted, module: this.module, address } }).answer;
     }
 
     /**
@@ -137,9 +141,9 @@ export class Session {
 
     /** Asks the module what it is. */
     async identify() {
-        await this.job('tools_connect', { address: this.address, timeout: TIMEOUT }).answer;
+        await this.#ask('tools_connect', { address: this.address, timeout: TIMEOUT }).answer;
         /** @type {import('./types.js').Module} */
-        const module = await this.job('tools_identify', {}).answer;
+        const module = await this.#ask('tools_identify', {}).answer;
         await this.ask({ axes: { address: this.address, product: module.product } });
         return module;
     }
@@ -151,6 +155,17 @@ export class Session {
      * @param {((told: any) => void) | undefined} hear
      */
     job(door, asked, hear = undefined) {
+        const job = this.#ask(door, asked, hear);
+        this.jobs.add(job.id);
+        return job;
+    }
+
+    /**
+     * @param {string} door
+     * @param {object} asked
+     * @param {((told: any) => void) | undefined} hear
+     */
+    #ask(door, asked, hear = undefined) {
         return /** @type {Port} */ (this.tools).ask({ door, asked }, hear);
     }
 
@@ -162,8 +177,9 @@ export class Session {
         this.toolsWorker?.postMessage({ end: id });
     }
 
-    /** STOP: all axes, and the program. */
+    /** STOP: all axes, and the program. What waits is not done after it. */
     stop() {
+        this.#endJobs();
         return this.ask({ stop: true });
     }
 

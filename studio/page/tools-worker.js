@@ -35,9 +35,6 @@ const asked = new Map();
 /** @param {import('./types.js').Exchange} exchange */
 function ask(exchange) {
     report();
-    if (ended) {
-        return 'interrupted';
-    }
     if (host) {
         const source = /** @type {any} */ (host.link)?.source;
         return source ? source.exchangeNow(exchange.request, exchange.timeout) : { lost: NO_LINK };
@@ -101,6 +98,8 @@ async function work() {
         const { id, door, asked } = working;
         ended = false;
         page.postMessage({ id, begun: true });
+        link?.postMessage({ id: 0, asked: { begin: true } });
+        host?.link?.begin();
         try {
             page.postMessage({ id, ok: host ? doors.ask(door, asked) : await doors.wait(door, asked) });
         } catch (error) {

@@ -12,6 +12,7 @@
 /** @typedef {{ outcome: Outcome | null, room: number }} Taken */
 /** @typedef {{ address: number, product: string | null }} Axes */
 /** @typedef {{ request: Request, product: string | null }} Moved */
+/** @typedef {{ stops: Request[], download: boolean | null }} Noted */
 /** @typedef {{ requests: Request[] }} Requests */
 /** @typedef {{ columns: Column[] }} Columns */
 /** @typedef {{ name: string, unit: string, request: Request }} Column */

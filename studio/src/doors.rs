@@ -141,8 +141,10 @@ doors! {
     serial_give_up: |nothing| Ok(SERIAL.with_borrow_mut(|port| port.give_up(nothing)));
     /// What stops a module.
     stop_requests: |axes| Ok(stop::requests(&axes));
-    /// What stops what a request has set in motion.
-    stop_after: |moved| Ok(stop::requests_after(&moved));
+    /// What a link has to know of a request.
+    stop_noted: |moved| Ok(stop::noted(&moved));
+    /// What is left to be sent after a request that stops something.
+    stop_left: |read| Ok(stop::left(&read));
     /// Values of a module that are read again and again.
     sample_columns: |axes| Ok(sample::columns(&axes));
     /// The value of a reply.

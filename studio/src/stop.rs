@@ -1,10 +1,10 @@
 //! What stops all motors of a module: MST for each axis, and command 128, which stops a program that may move them again.
 
 use tmcl_tools::product;
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::tmcl::{Command, Opcode, Status};
 use tmcm_sim::Product;
 
-use crate::types::{Axes, Moved, Request, Requests};
+use crate::types::{Axes, Moved, Noted, Outcome, Read, Request, Requests};
 
 /// The product of this short name, if there is one.
 pub(crate) fn known(product: Option<&str>) -> Option<Product> {
@@ -27,19 +27,43 @@ pub fn requests(Axes { address, product }: &Axes) -> Requests {
     Requests { requests: requests.collect() }
 }
 
-/// The requests that stop what a request sets in motion; none for one that moves nothing.
-pub fn requests_after(Moved { request, product }: &Moved) -> Requests {
-    let axis = request.motor;
-    let stop = || Request::new(request.address, Command::new(Opcode::Mst as u8, 0, axis, 0));
-    match Opcode::from_number(request.opcode) {
-        Some(Opcode::Ror | Opcode::Rol | Opcode::Mvp | Opcode::Rfs) => Requests { requests: vec![stop()] },
-        // Whatever has been written: a target, a speed, or a setting that makes no difference to a motor that stands.
-        Some(Opcode::Sap) => Requests { requests: vec![stop()] },
-        Some(Opcode::RunApplication | Opcode::StepApplication) => {
-            requests(&Axes { address: request.address, product: product.clone() })
+/// Type of MVP that moves several axes, whose motor is a set of them.
+const COORD: u8 = 2;
+/// Leaves download mode, in which a module stores commands and does not carry them out.
+const LEAVE_DOWNLOAD: Command = Command::new(Opcode::ExitDownload as u8, 0, 0, 0);
+
+/// What a link has to know of a request: what stops what it sets in motion, and whether the module stores commands after it.
+pub fn noted(Moved { request, product }: &Moved) -> Noted {
+    let all = || requests(&Axes { address: request.address, product: product.clone() }).requests;
+    let axis = || vec![Request::new(request.address, Command::new(Opcode::Mst as u8, 0, request.motor, 0))];
+    let (stops, download) = match Opcode::from_number(request.opcode) {
+        // The motor of a move of several axes is a set of them.
+        Some(Opcode::Mvp) if request.kind == COORD => (all(), None),
+        // Whatever SAP has written: a target, a speed, or a setting that makes no difference to a motor that stands.
+        Some(Opcode::Ror | Opcode::Rol | Opcode::Mvp | Opcode::Rfs | Opcode::Sap) => (axis(), None),
+        Some(Opcode::RunApplication | Opcode::StepApplication) => (all(), None),
+        Some(Opcode::EnterDownload) => (vec![Request::new(request.address, LEAVE_DOWNLOAD)], Some(true)),
+        Some(Opcode::ExitDownload) => (Vec::new(), Some(false)),
+        _ => (Vec::new(), None),
+    };
+    Noted { stops, download }
+}
+
+/// What is to be sent because a request that stops something has ended so: nothing if it has been carried out, or refused; and
+/// if the module has stored it, the end of download mode before it.
+pub fn left(Read { request, outcome }: &Read) -> Requests {
+    let status = match outcome {
+        Outcome::Reply(bytes) => bytes.get(2).copied(),
+        _ => None,
+    };
+    let requests = match status {
+        Some(status) if status == Status::Loaded as u8 => {
+            vec![Request::new(request.address, LEAVE_DOWNLOAD), *request]
         }
-        _ => Requests { requests: Vec::new() },
-    }
+        Some(_) => Vec::new(),
+        None => vec![*request],
+    };
+    Requests { requests }
 }
 
 #[cfg(test)]
@@ -50,12 +74,33 @@ mod tests {
     fn what_moves_is_stopped() {
         let stops = |command| {
             let moved = Moved { request: Request::new(1, command), product: Some("3110".into()) };
-            requests_after(&moved).requests.iter().map(|request| request.command().to_string()).collect::<Vec<_>>()
+            noted(&moved).stops.iter().map(|request| request.command().to_string()).collect::<Vec<_>>()
         };
+        assert_eq!(stops(Command::new(4, 2, 0x41, 1)).len(), 4);
         assert_eq!(stops(Command::new(1, 0, 2, 500)), ["MST 2"]);
         assert_eq!(stops(Command::new(4, 1, 1, 500)), ["MST 1"]);
         assert_eq!(stops(Command::new(129, 0, 0, 0)), ["128, 0, 0, 0", "MST 0", "MST 1", "MST 2"]);
         assert!(stops(Command::new(6, 1, 0, 0)).is_empty() && stops(Command::new(3, 0, 0, 0)).is_empty());
+    }
+
+    /// In download mode a module stores what should stop it, and answers that.
+    #[test]
+    fn what_was_stored_is_sent_again_when_download_mode_is_over() {
+        let request = Request::new(1, Command::new(Opcode::Mst as u8, 0, 2, 0));
+        let left = |outcome| {
+            let left = left(&Read { request, outcome }).requests;
+            left.iter().map(|request| request.command().to_string()).collect::<Vec<_>>()
+        };
+        let reply = |status| Outcome::Reply(vec![2, 1, status, 3, 0, 0, 0, 0, 0]);
+        assert_eq!(left(reply(101)), ["133, 0, 0, 0", "MST 2"]);
+        assert_eq!(left(Outcome::NoReply(3)), ["MST 2"]);
+        assert!(left(reply(100)).is_empty() && left(reply(4)).is_empty());
+        let mode = |command| noted(&Moved { request: Request::new(1, command), product: None }).download;
+        let of = |opcode: Opcode| mode(Command::new(opcode as u8, 0, 0, 0));
+        assert_eq!(
+            (of(Opcode::EnterDownload), of(Opcode::ExitDownload), of(Opcode::Gap)),
+            (Some(true), Some(false), None)
+        );
     }
 
     #[test]

@@ -186,6 +186,16 @@ pub struct Moved {
     pub product: Option<String>,
 }
 
+/// What a link has to know of a request.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noted {
+    /// What stops what it sets in motion.
+    pub stops: Vec<Request>,
+    /// Whether the module stores commands after it, and does not carry them out; null if the request makes no difference.
+    pub download: Option<bool>,
+}
+
 /// Requests to be sent one after the other.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -399,6 +409,8 @@ mod tests {
             ("Ticket", json!(Ticket { ticket: 1 })),
             ("Bytes", json!(Bytes { bytes: vec![1] })),
             ("Taken", json!(Taken { outcome: None, room: 9 })),
+            ("Noted", json!(Noted { stops: vec![request], download: None })),
+            ("Noted", json!(Noted { stops: vec![request], download: Some(true) })),
             ("Requests", json!(Requests { requests: vec![request] })),
             ("Columns", json!(Columns { columns: vec![column.clone()] })),
             ("Column", json!(column)),

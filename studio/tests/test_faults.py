@@ -152,3 +152,69 @@ def test_what_is_no_number_of_a_link_is_told(studio: Studio, field: str, value: 
     studio.button("Start").click()
     expect(studio.link).to_contain_text(f"{field}: ")
     expect(studio.page.get_by_label(field, exact=True)).to_be_focused()
+
+
+def test_stop_ends_a_download_and_the_motor(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    """In download mode a module stores commands, also those that should stop it."""
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        studio.send("ROR 0, 500")
+        module.ask("fault reply-delay 20 ms")
+        studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
+        studio.button("Load program").click()
+        expect(studio.job("Load program")).to_contain_text(" of ")
+        studio.button("STOP").click()
+        expect(studio.job("Load program")).to_contain_text("interrupted")
+        module.wait_for_telegrams("to 1: 132", "to 1: 133", "to 1: 128", "to 1: MST 0", "status 100")
+        module.ask("fault reply-delay 0 ms")
+        module.ask("pause")
+        module.ask("step 3 s")
+        assert module.ask("state")["velocity"] == 0
+        module.ask("resume")
+        assert studio.send("GAP 2, 0").endswith("status 100 ok"), "it carries commands out again"
+        commands = [line for line in module.telegrams() if " > " in line and "to 1: GAP" in line]
+        during = module.telegrams()[module.first("to 1: 132") : module.first("to 1: 133")]
+        assert commands
+        assert not any("to 1: GAP" in line for line in during), "no samples in between the program"
+
+
+def test_the_end_of_a_download_leaves_the_module_as_it_should_be(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        module.ask("fault reply-delay 20 ms")
+        studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
+        studio.button("Load program").click()
+        job = studio.job("Load program")
+        expect(job).to_contain_text(" of ")
+        job.get_by_role("button", name="End").click()
+        expect(job).to_contain_text("interrupted")
+        module.ask("fault reply-delay 0 ms")
+        assert studio.send("ROR 0, 500").endswith("status 100 ok")
+        assert studio.send("134, 0, 0, 0").startswith("134, 0, 0, 0: STOP"), "what is there does not run"
+
+
+def test_nothing_that_was_asked_before_is_done_after_stop(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        module.ask("fault reply-delay 20 ms")
+        studio.button("Read all settings").click()
+        expect(studio.job("Read all settings")).to_contain_text(" of ")
+        studio.line.fill("ROR 0, 500")
+        studio.line.press("Enter")
+        studio.button("STOP").click()
+        expect(studio.replies).to_have_text("ROR 0, 500: ended")
+        expect(studio.job("Read all settings")).to_contain_text("ended")
+        assert studio.send("GAP 2, 0").startswith("GAP 2, 0: 0 int")
+        assert not any("to 1: ROR" in line for line in module.telegrams())
+
+
+def test_a_link_that_came_back_is_left_as_the_first_one(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        studio.send("ROR 0, 500")
+        module.ask("usb off --hangup")
+        expect(studio.link).to_contain_text("the link is lost")
+        module.ask("usb on")
+        studio.is_there("1140")
+        studio.page.close()
+        module.wait_for_telegrams("to 1: ROR 0, 500", "136, 1", "to 1: MST 0")

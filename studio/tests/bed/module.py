@@ -87,6 +87,10 @@ class VirtualModule:
                 raise TimeoutError(f"not in the log in this order: {parts}; it has\n" + "\n".join(self.telegrams()))
             time.sleep(0.02)
 
+    def first(self, part: str) -> int:
+        """The number of the first line of the log that has this part."""
+        return next(number for number, line in enumerate(self.telegrams()) if part in line)
+
     def wait_for_count(self, part: str, count: int) -> None:
         """Waits until so many lines of the log have this part."""
         end = time.monotonic() + PATIENCE
