@@ -107,8 +107,6 @@ macro_rules! doors {
                 door(length, $carry_out)
             }
         )*
-        /// The names of the doors.
-        pub const DOORS: &[&str] = &[$(stringify!($name)),*];
     };
 }
 

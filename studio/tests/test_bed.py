@@ -321,8 +321,11 @@ with (
 """
 
 
-def test_all_end_with_what_is_killed(library: Path, ports: Path, tmp_path: Path) -> None:
-    """The process is one of a script in the background, which does not hear Ctrl-C."""
+def test_killed(library: Path, ports: Path, tmp_path: Path) -> None:
+    """All ends with what is killed, here a script in the background, which does not hear Ctrl-C.
+
+    The name is short, because it is part of the path of a socket of Chromium, which has 107 characters at most.
+    """
     process = subprocess.Popen(
         ["/bin/sh", "-c", 'trap "" INT && exec "$@"', "sh", sys.executable, "-c", ENDLESS, tmp_path, library],
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parent), "TMPDIR": str(tmp_path)},
