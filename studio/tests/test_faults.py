@@ -76,10 +76,9 @@ def test_a_strange_module_is_commanded_all_the_same(studio: Studio, ports: Path)
         expect(studio.module).to_have_text("TMCM-9999, firmware 2.03, which is not known here")
         assert studio.send("ROR 0, 500") == "ROR 0, 500: 7, status 100 ok"
         studio.button("STOP").click()
-        studio.page.wait_for_timeout(300)
-        stops = [request[3] for request in fake.requests if request[1] == 3]
         # Six axes, as the largest module has that is known.
-        assert stops == [0, 1, 2, 3, 4, 5]
+        fake.wait_for(bytes([1, 3, 0, 5]))
+        assert [request[3] for request in fake.requests if request[1] == 3] == [0, 1, 2, 3, 4, 5]
 
 
 def test_half_a_reply_is_told(studio: Studio, ports: Path) -> None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import select
 import threading
+import time
 import tty
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
+
+from . import PATIENCE
 
 # Bytes of a telegram.
 TELEGRAM = 9
@@ -43,6 +46,14 @@ class Fake:
         self._thread.join()
         for end in (self._ends, self._device, self._end):
             os.close(end)
+
+    def wait_for(self, beginning: bytes) -> None:
+        """Waits for a request that begins so."""
+        end = time.monotonic() + PATIENCE
+        while not any(request.startswith(beginning) for request in self.requests):
+            if time.monotonic() > end:
+                raise TimeoutError(f"no request begins with {beginning.hex(' ')}")
+            time.sleep(0.02)
 
     def _serve(self) -> None:
         heard = b""

@@ -91,14 +91,6 @@ class VirtualModule:
         """The number of the first line of the log that has this part."""
         return next(number for number, line in enumerate(self.telegrams()) if part in line)
 
-    def wait_for_count(self, part: str, count: int) -> None:
-        """Waits until so many lines of the log have this part."""
-        end = time.monotonic() + PATIENCE
-        while (found := sum(part in line for line in self.telegrams())) < count:
-            if time.monotonic() > end:
-                raise TimeoutError(f"{part} is in {found} lines of the log, not in {count}")
-            time.sleep(0.02)
-
     def close(self) -> None:
         """Ends it, and waits until it has ended. A second time does nothing."""
         with suppress(OSError):
