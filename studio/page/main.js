@@ -113,6 +113,9 @@ async function identifyAgain() {
             await identify();
             break;
         } catch (error) {
+            if (attempt !== attempts) {
+                return;
+            }
             at('state').textContent = `${words(error)}; asking again each second`;
             await new Promise((resolve) => setTimeout(resolve, 1000));
         }
