@@ -1,4 +1,4 @@
-// A link to a module: one exchange at a time. STOP comes before requests, and requests before samples.
+// A link to a module: one exchange at a time. STOP comes before all else, and requests before samples.
 
 /** @typedef {import('./types.js').Request} Request */
 /** @typedef {import('./types.js').Outcome} Outcome */
@@ -6,16 +6,18 @@
 /**
  * What a link leads to: a virtual module, or a serial port.
  * @typedef {object} Source
+ * @property {number} late how long after the end of its time a reply may come and be taken for another one's, in milliseconds
  * @property {(request: Request, timeout: number) => Promise<Outcome>} exchange
  * @property {(columns: import('./types.js').Column[]) => (number | null)[]} [look] looks at values without a telegram
  * @property {(line: string) => Promise<string>} control
  * @property {() => Promise<void>} close
  */
 
-/** The ranks of what is sent. */
+/** The ranks of what is sent: that which tidies up behind a STOP is not to be cut in two by requests. */
 const STOP = 0;
-const REQUEST = 1;
-const SAMPLE = 2;
+const TIDY = 1;
+const REQUEST = 2;
+const SAMPLE = 3;
 /** How long the reply to a STOP is waited for, in milliseconds. */
 const STOP_TIMEOUT = 300;
 /** How long the reply to a sample is waited for. */
@@ -43,16 +45,21 @@ export class Link {
         this.source = source;
         this.doors = doors;
         this.tell = tell;
-        /** Jobs by their rank: STOP, requests, samples. One that is dropped does not get its turn.
+        /** Jobs by their rank. One that is dropped does not get its turn.
          * @type {{ run: () => Promise<void>, drop: () => void }[][]} */
-        this.jobs = [[], [], []];
+        this.jobs = [[], [], [], []];
         this.busy = false;
+        /** When no reply is late any more. */
+        this.settled = 0;
+        /** @type {ReturnType<typeof setTimeout> | undefined} */
+        this.settling = undefined;
         this.open = true;
         /** @type {import('./types.js').Axes} */
         this.axes = { address, product: null };
         this.moved = moved;
-        /** The module stores commands, and does not carry them out. */
-        this.downloading = false;
+        /** While the module stores commands, and does not carry them out: what ends that, and what leaves nothing of the program.
+         * @type {{ end: Request, clear: Request[] } | undefined} */
+        this.download = undefined;
         /** What the tools were at when STOP was pressed is not carried on: until they begin with something else. */
         this.refuses = false;
         /** @type {import('./types.js').Column[]} */
@@ -71,14 +78,29 @@ export class Link {
             return;
         }
         this.busy = true;
-        for (;;) {
-            const job = this.jobs.find((jobs) => jobs.length > 0)?.shift();
-            if (!job) {
-                break;
-            }
+        for (let job = this.#next(); job; job = this.#next()) {
             await job.run();
         }
         this.busy = false;
+    }
+
+    /** The next job. As long as a late reply may come, which would be taken for that to something else, only STOP has its turn. */
+    #next() {
+        const late = this.settled - performance.now();
+        if (late <= 0 || this.jobs[STOP].length > 0) {
+            return this.jobs.find((jobs) => jobs.length > 0)?.shift();
+        }
+        clearTimeout(this.settling);
+        this.settling = setTimeout(() => void this.#work(), late);
+        return undefined;
+    }
+
+    /**
+     * What waits does not get its turn.
+     * @param {number} rank
+     */
+    #drop(rank) {
+        this.jobs[rank].splice(0).forEach((job) => job.drop());
     }
 
     /**
@@ -92,14 +114,18 @@ export class Link {
     #exchange(rank, request, timeout, begin = () => undefined) {
         return new Promise((resolve) => {
             const run = async () => {
-                if (rank === SAMPLE && this.downloading) {
+                if (rank === SAMPLE && this.download) {
                     // It would be stored in between the commands of the program.
                     resolve('interrupted');
                     return;
                 }
                 try {
                     begin();
-                    resolve(this.open ? await this.source.exchange(request, timeout) : { lost: 'the link is closed' });
+                    const outcome = this.open ? await this.source.exchange(request, timeout) : { lost: 'the link is closed' };
+                    if (typeof outcome === 'object' && !('reply' in outcome)) {
+                        this.settled = performance.now() + this.source.late;
+                    }
+                    resolve(outcome);
                 } catch (error) {
                     resolve({ lost: error instanceof Error ? error.message : String(error) });
                 }
@@ -130,9 +156,11 @@ export class Link {
     #note(request) {
         /** @type {import('./types.js').Noted} */
         const { stops, download } = this.doors.ask('stop_noted', { request, product: this.axes.product });
-        this.downloading = download ?? this.downloading;
-        for (const stop of stops) {
-            this.moved.set(JSON.stringify(stop), stop);
+        if (download !== 'same') {
+            this.download = download === 'over' ? undefined : download.begun;
+        }
+        stops.forEach((stop) => this.moved.set(JSON.stringify(stop), stop));
+        if (this.download || stops.length > 0) {
             this.tell({ moved: true });
         }
     }
@@ -142,7 +170,8 @@ export class Link {
         this.pressed = true;
         // What waits is not done after this.
         this.refuses = true;
-        this.jobs[REQUEST].splice(0).forEach((job) => job.drop());
+        this.#drop(REQUEST);
+        this.#drop(TIDY);
         this.wake?.();
         if (this.stopping) {
             return;
@@ -154,8 +183,8 @@ export class Link {
             if (this.pressed) {
                 this.pressed = false;
                 left = this.doors.ask('stop_requests', this.axes).requests;
-                if (this.downloading) {
-                    left = [...this.moved.values(), ...left];
+                if (this.download) {
+                    left.unshift(this.download.end);
                 }
             }
             const again = [];
@@ -171,13 +200,23 @@ export class Link {
             this.tell({ stopped: left.length === 0 });
             if (left.length > 0 && !this.pressed) {
                 await this.#sleep(AGAIN);
+            } else if (!this.pressed) {
+                await this.#tidy();
             }
         }
         this.stopping = false;
         if (left.length === 0) {
-            this.downloading = false;
             this.moved.clear();
             this.tell({ moved: false });
+        }
+    }
+
+    /** Leaves nothing of a program that was broken off, unless STOP is pressed once more. */
+    async #tidy() {
+        const clear = this.download?.clear ?? [];
+        await Promise.all(clear.map((request) => this.#exchange(TIDY, request, STOP_TIMEOUT)));
+        if (!this.pressed) {
+            this.download = undefined;
         }
     }
 
@@ -202,7 +241,7 @@ export class Link {
         let told = performance.now();
         while (this.open && this.columns.length > 0) {
             const columns = this.columns;
-            if (this.downloading) {
+            if (this.download) {
                 await sleep(ROW);
                 continue;
             }
@@ -251,10 +290,12 @@ export class Link {
     async leave() {
         this.rest();
         this.refuses = true;
-        this.jobs[REQUEST].splice(0).forEach((job) => job.drop());
-        for (const request of this.moved.values()) {
+        this.#drop(REQUEST);
+        const stops = [...this.moved.values()];
+        for (const request of this.download ? [this.download.end, ...stops] : stops) {
             await this.#exchange(STOP, request, STOP_TIMEOUT);
         }
+        await this.#tidy();
         this.open = false;
         await this.source.close();
     }

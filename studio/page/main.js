@@ -1,6 +1,7 @@
 // The page: what is pressed, and what is shown. Text never becomes HTML.
 
 import { canSuspend } from './doors.js';
+import { allowed } from './serial.js';
 import { Session } from './session.js';
 
 /** What to look at where there is no port. */
@@ -31,6 +32,9 @@ let older = 0;
 let cells = [];
 /** Number of attempts to open a link; only the last one counts. */
 let attempts = 0;
+/** The port that was chosen last.
+ * @type {any} */
+let chosen;
 /** A STOP could not be sent, and is sent as soon as the module is there again. */
 let owed = false;
 
@@ -253,8 +257,11 @@ async function control(event) {
     }
 }
 
-/** Connects a serial port: the one that was allowed before, or one that is chosen. */
-async function connect() {
+/**
+ * Connects a serial port: the one that was chosen last or allowed before, or one that is chosen now.
+ * @param {boolean} choose whether to ask in any case
+ */
+async function connect(choose) {
     const serial = /** @type {any} */ (navigator).serial;
     if (!serial || !canSuspend) {
         at('state').textContent =
@@ -264,13 +271,16 @@ async function connect() {
     }
     const baudRate = Number(/** @type {HTMLInputElement} */ (at('rate')).value);
     try {
-        const [known] = await serial.getPorts();
+        let ports = await allowed();
+        let known = choose ? undefined : (ports.find(({ port }) => port === chosen) ?? ports[0]);
         if (!known) {
             at('state').textContent = `choose a port. ${NO_PORT}`;
+            chosen = await serial.requestPort();
+            ports = await allowed();
+            known = ports.find(({ port }) => port === chosen) ?? ports[0];
         }
-        const port = known ?? (await serial.requestPort());
-        const { usbVendorId, usbProductId } = port.getInfo();
-        await open({ serial: { baudRate, usbVendorId, usbProductId } });
+        const { kind, number } = known;
+        await open({ serial: { baudRate, place: { kind, number } } });
     } catch (error) {
         at('state').textContent = `no port was chosen (${words(error)}). ${NO_PORT}`;
     }
@@ -297,7 +307,8 @@ async function begin() {
     stop.onclick = press;
     document.addEventListener('keydown', (event) => event.key === 'Escape' && press());
     at('start').onclick = () => void open({ virtual: product.value });
-    at('connect').onclick = () => void connect();
+    at('connect').onclick = () => void connect(false);
+    at('choose').onclick = () => void connect(true);
     at('leave').onclick = async () => {
         attempts += 1;
         enable(false);

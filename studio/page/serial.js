@@ -3,8 +3,35 @@
 /** @typedef {import('./types.js').Request} Request */
 /** @typedef {import('./types.js').Outcome} Outcome */
 
+/** How late a reply may come after its time is over, in milliseconds: a module may be told to wait for 255 before it replies, and two
+ * telegrams last 19 at 9600 bit/s. */
+const LATE = 300;
+
 /** A port that cannot be used, in words for the user. */
 export class NoPort extends Error {}
+
+/**
+ * Which port it is, for another worker, to which no port can be sent: the numbers that USB has for its kind, and how many of
+ * the same kind come before it.
+ * @typedef {{ kind: string, number: number }} Place
+ */
+
+/**
+ * The ports that this page may use, each with its place.
+ * @returns {Promise<(Place & { port: any })[]>}
+ */
+export async function allowed() {
+    /** @type {Map<string, number>} */
+    const counts = new Map();
+    const ports = await /** @type {any} */ (navigator).serial.getPorts();
+    return ports.map((/** @type {any} */ port) => {
+        const { usbVendorId, usbProductId } = port.getInfo();
+        const kind = `${usbVendorId ?? ''}:${usbProductId ?? ''}`;
+        const number = counts.get(kind) ?? 0;
+        counts.set(kind, number + 1);
+        return { kind, number, port };
+    });
+}
 
 /** An open port. It belongs to one tab. */
 export class SerialSource {
@@ -19,6 +46,7 @@ export class SerialSource {
         this.port = port;
         this.free = free;
         this.tell = tell;
+        this.late = LATE;
         /** Who waits for a reply.
          * @type {((outcome: Outcome) => void) | undefined} */
         this.waits = undefined;
@@ -30,27 +58,22 @@ export class SerialSource {
     }
 
     /**
-     * Opens the port that was allowed before.
+     * Opens a port that was allowed before.
      * @param {import('./doors.js').Doors} doors
-     * @param {{ baudRate: number, usbVendorId?: number, usbProductId?: number }} wanted
+     * @param {{ baudRate: number, place: Place }} wanted
      * @param {(told: any) => void} tell
      */
-    static async open(doors, wanted, tell) {
-        const serial = /** @type {any} */ (navigator).serial;
-        const ports = await serial.getPorts();
-        /** @param {any} port */
-        const isWanted = (port) => {
-            const { usbVendorId, usbProductId } = port.getInfo();
-            return usbVendorId === wanted.usbVendorId && usbProductId === wanted.usbProductId;
-        };
-        const port = ports.find(isWanted) ?? ports[0];
-        if (!port) {
+    static async open(doors, { baudRate, place }, tell) {
+        const alike = (await allowed()).filter((other) => other.kind === place.kind);
+        // One that was unplugged may come back with another number.
+        const found = alike[place.number] ?? alike.at(-1);
+        if (!found) {
             throw new NoPort('the port is gone: is the module connected?');
         }
-        const { usbVendorId, usbProductId } = port.getInfo();
-        const free = await claim(`serial port ${usbVendorId ?? ''}:${usbProductId ?? ''}`);
+        const { port, ...there } = found;
+        const free = await claim(`serial port ${there.kind} ${there.number}`);
         try {
-            await port.open({ baudRate: wanted.baudRate, bufferSize: 4096 });
+            await port.open({ baudRate, bufferSize: 4096 });
         } catch (error) {
             free();
             const why = error instanceof Error ? error.message : String(error);

@@ -9,10 +9,11 @@
 /** @typedef {{ replies: Finished[], lines: string[], messages: string[], nap: number }} Turn */
 /** @typedef {{ ticket: number, outcome: Outcome }} Finished */
 /** @typedef {{ bytes: number[] }} Bytes */
-/** @typedef {{ outcome: Outcome | null, room: number }} Taken */
+/** @typedef {{ outcome: Outcome | null }} Taken */
 /** @typedef {{ address: number, product: string | null }} Axes */
 /** @typedef {{ request: Request, product: string | null }} Moved */
-/** @typedef {{ stops: Request[], download: boolean | null }} Noted */
+/** @typedef {{ stops: Request[], download: Download }} Noted */
+/** @typedef {'same' | 'over' | { begun: { end: Request, clear: Request[] } }} Download */
 /** @typedef {{ requests: Request[] }} Requests */
 /** @typedef {{ columns: Column[] }} Columns */
 /** @typedef {{ name: string, unit: string, request: Request }} Column */

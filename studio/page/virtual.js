@@ -13,6 +13,8 @@ export class VirtualSource {
     constructor(doors, product, tell) {
         this.doors = doors;
         this.tell = tell;
+        /** Each reply has the number of its request. */
+        this.late = 0;
         /** @type {Map<number, (outcome: Outcome) => void>} */
         this.asked = new Map();
         /** @type {((line: string) => void)[]} */

@@ -29,11 +29,11 @@ impl SerialPort {
             && !now.is_empty()
         {
             if let Some(reply) = self.framing.take(now, &mut Nobody) {
-                return Taken { outcome: Some(reply.into()), room: self.framing.room() };
+                return Taken { outcome: Some(reply.into()) };
             }
             rest = later;
         }
-        Taken { outcome: None, room: self.framing.room() }
+        Taken { outcome: None }
     }
 
     /// How a request ends for which no reply has come in time.
@@ -55,11 +55,11 @@ mod tests {
         let request = Request::new(1, Command::new(6, 1, 0, 0));
         assert_eq!(port.ask(request).unwrap().bytes, binary::encode_command(1, request.command()));
         let reply = binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value: -5 });
-        assert_eq!(port.take(&Bytes { bytes: reply[..4].into() }), Taken { outcome: None, room: 5 });
+        assert_eq!(port.take(&Bytes { bytes: reply[..4].into() }), Taken { outcome: None });
         let rest = [&reply[4..], &reply[..3]].concat();
         assert_eq!(port.take(&Bytes { bytes: rest }).outcome, Some(Outcome::Reply(reply.into())));
         port.ask(request).unwrap();
-        assert_eq!(port.take(&Bytes { bytes: reply[..8].into() }), Taken { outcome: None, room: 1 });
+        assert_eq!(port.take(&Bytes { bytes: reply[..8].into() }), Taken { outcome: None });
         assert_eq!(port.give_up(Nothing {}), Outcome::NoReply(8));
         assert!(port.ask(Request { address: 256, ..request }).unwrap_err().contains("255"));
     }

@@ -1,10 +1,10 @@
 //! What stops all motors of a module: MST for each axis, and command 128, which stops a program that may move them again.
 
 use tmcl_tools::product;
-use tmcm::tmcl::{Command, Opcode, Status};
+use tmcm::tmcl::{Command, Opcode, Status, binary};
 use tmcm_sim::Product;
 
-use crate::types::{Axes, Moved, Noted, Outcome, Read, Request, Requests};
+use crate::types::{Axes, Download, Moved, Noted, Outcome, Read, Request, Requests};
 
 /// The product of this short name, if there is one.
 pub(crate) fn known(product: Option<&str>) -> Option<Product> {
@@ -32,19 +32,30 @@ const COORD: u8 = 2;
 /// Leaves download mode, in which a module stores commands and does not carry them out.
 const LEAVE_DOWNLOAD: Command = Command::new(Opcode::ExitDownload as u8, 0, 0, 0);
 
-/// What a link has to know of a request: what stops what it sets in motion, and whether the module stores commands after it.
+/// What a link has to know of a request: what stops what it sets in motion, and what it makes of download mode.
 pub fn noted(Moved { request, product }: &Moved) -> Noted {
     let all = || requests(&Axes { address: request.address, product: product.clone() }).requests;
-    let axis = || vec![Request::new(request.address, Command::new(Opcode::Mst as u8, 0, request.motor, 0))];
-    let (stops, download) = match Opcode::from_number(request.opcode) {
+    let at = |command| Request::new(request.address, command);
+    let axis = || vec![at(Command::new(Opcode::Mst as u8, 0, request.motor, 0))];
+    let opcode = Opcode::from_number(request.opcode);
+    let stops = match opcode {
         // The motor of a move of several axes is a set of them.
-        Some(Opcode::Mvp) if request.kind == COORD => (all(), None),
+        Some(Opcode::Mvp) if request.kind == COORD => all(),
         // Whatever SAP has written: a target, a speed, or a setting that makes no difference to a motor that stands.
-        Some(Opcode::Ror | Opcode::Rol | Opcode::Mvp | Opcode::Rfs | Opcode::Sap) => (axis(), None),
-        Some(Opcode::RunApplication | Opcode::StepApplication) => (all(), None),
-        Some(Opcode::EnterDownload) => (vec![Request::new(request.address, LEAVE_DOWNLOAD)], Some(true)),
-        Some(Opcode::ExitDownload) => (Vec::new(), Some(false)),
-        _ => (Vec::new(), None),
+        Some(Opcode::Ror | Opcode::Rol | Opcode::Mvp | Opcode::Rfs | Opcode::Sap) => axis(),
+        Some(Opcode::RunApplication | Opcode::StepApplication) => all(),
+        _ => Vec::new(),
+    };
+    let download = match opcode {
+        Some(Opcode::EnterDownload) => {
+            let nothing = Command::new(Opcode::Stop as u8, 0, 0, 0);
+            Download::Begun {
+                end: at(LEAVE_DOWNLOAD),
+                clear: [request.command(), nothing, LEAVE_DOWNLOAD].map(at).into(),
+            }
+        }
+        Some(Opcode::ExitDownload) => Download::Over,
+        _ => Download::Same,
     };
     Noted { stops, download }
 }
@@ -52,11 +63,11 @@ pub fn noted(Moved { request, product }: &Moved) -> Noted {
 /// What is to be sent because a request that stops something has ended so: nothing if it has been carried out, or refused; and
 /// if the module has stored it, the end of download mode before it.
 pub fn left(Read { request, outcome }: &Read) -> Requests {
-    let status = match outcome {
-        Outcome::Reply(bytes) => bytes.get(2).copied(),
+    let reply = match outcome {
+        Outcome::Reply(bytes) => bytes.first_chunk().and_then(binary::decode_reply),
         _ => None,
     };
-    let requests = match status {
+    let requests = match reply.filter(|reply| reply.opcode == request.opcode).map(|reply| reply.status) {
         Some(status) if status == Status::Loaded as u8 => {
             vec![Request::new(request.address, LEAVE_DOWNLOAD), *request]
         }
@@ -68,6 +79,8 @@ pub fn left(Read { request, outcome }: &Read) -> Requests {
 
 #[cfg(test)]
 mod tests {
+    use tmcm::tmcl::Reply;
+
     use super::*;
 
     #[test]
@@ -91,16 +104,28 @@ mod tests {
             let left = left(&Read { request, outcome }).requests;
             left.iter().map(|request| request.command().to_string()).collect::<Vec<_>>()
         };
-        let reply = |status| Outcome::Reply(vec![2, 1, status, 3, 0, 0, 0, 0, 0]);
-        assert_eq!(left(reply(101)), ["133, 0, 0, 0", "MST 2"]);
+        let answered = |status, opcode| {
+            Outcome::Reply(binary::encode_reply(2, 1, &Reply::Plain { status, opcode, value: 0 }).into())
+        };
+        let reply = |status| answered(status, Opcode::Mst as u8);
+        assert_eq!(left(reply(Status::Loaded)), ["133, 0, 0, 0", "MST 2"]);
         assert_eq!(left(Outcome::NoReply(3)), ["MST 2"]);
-        assert!(left(reply(100)).is_empty() && left(reply(4)).is_empty());
-        let mode = |command| noted(&Moved { request: Request::new(1, command), product: None }).download;
-        let of = |opcode: Opcode| mode(Command::new(opcode as u8, 0, 0, 0));
-        assert_eq!(
-            (of(Opcode::EnterDownload), of(Opcode::ExitDownload), of(Opcode::Gap)),
-            (Some(true), Some(false), None)
-        );
+        assert!(left(reply(Status::Ok)).is_empty() && left(reply(Status::InvalidValue)).is_empty());
+        assert_eq!(left(answered(Status::Ok, Opcode::Gap as u8)), ["MST 2"], "a late reply to something else");
+    }
+
+    /// A program that is loaded to address 7 and broken off leaves a STOP there.
+    #[test]
+    fn of_a_download_that_is_broken_off_nothing_is_left() {
+        let noted = |opcode: Opcode, value| {
+            let command = Command::new(opcode as u8, 0, 0, value);
+            noted(&Moved { request: Request::new(2, command), product: None }).download
+        };
+        let Download::Begun { end, clear } = noted(Opcode::EnterDownload, 7) else { panic!() };
+        assert_eq!((end.address, end.command()), (2, LEAVE_DOWNLOAD));
+        let clear: Vec<_> = clear.iter().map(|request| (request.address, request.command().to_string())).collect();
+        assert_eq!(clear, ["132, 0, 0, 7", "STOP", "133, 0, 0, 0"].map(|line| (2, line.into())));
+        assert_eq!((noted(Opcode::ExitDownload, 0), noted(Opcode::Gap, 0)), (Download::Over, Download::Same));
     }
 
     #[test]

@@ -162,8 +162,6 @@ pub struct Bytes {
 pub struct Taken {
     /// How the request ends; null as long as more bytes have to come.
     pub outcome: Option<Outcome>,
-    /// How many bytes may come now at most; what comes behind them is late.
-    pub room: usize,
 }
 
 /// The axes of a module.
@@ -192,8 +190,25 @@ pub struct Moved {
 pub struct Noted {
     /// What stops what it sets in motion.
     pub stops: Vec<Request>,
-    /// Whether the module stores commands after it, and does not carry them out; null if the request makes no difference.
-    pub download: Option<bool>,
+    /// What becomes of download mode.
+    pub download: Download,
+}
+
+/// What a request makes of download mode, in which a module stores commands and does not carry them out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Download {
+    /// Nothing.
+    Same,
+    /// It is over.
+    Over,
+    /// It begins.
+    Begun {
+        /// What ends it.
+        end: Request,
+        /// What leaves nothing of a program that is broken off, behind the end.
+        clear: Vec<Request>,
+    },
 }
 
 /// Requests to be sent one after the other.
@@ -408,9 +423,7 @@ mod tests {
             ("Line", json!(Line { line: "state".into() })),
             ("Ticket", json!(Ticket { ticket: 1 })),
             ("Bytes", json!(Bytes { bytes: vec![1] })),
-            ("Taken", json!(Taken { outcome: None, room: 9 })),
-            ("Noted", json!(Noted { stops: vec![request], download: None })),
-            ("Noted", json!(Noted { stops: vec![request], download: Some(true) })),
+            ("Taken", json!(Taken { outcome: None })),
             ("Requests", json!(Requests { requests: vec![request] })),
             ("Columns", json!(Columns { columns: vec![column.clone()] })),
             ("Column", json!(column)),
@@ -425,12 +438,17 @@ mod tests {
             ("Answer", json!(Answer::<Nothing>::Error("no".into()))),
             ("Answer", json!(Answer::<Nothing>::Interrupted(String::new()))),
         ];
+        let begun = Download::Begun { end: request, clear: vec![request] };
+        for download in [Download::Same, Download::Over, begun] {
+            examples.push(("Download", json!(download)));
+            examples.push(("Noted", json!(Noted { stops: vec![request], download })));
+        }
         for outcome in outcomes {
             let finished = Finished { ticket: 1, outcome: outcome.clone() };
             let (lines, messages) = (vec!["{}".into()], vec!["warning".into()]);
             examples.push(("Outcome", json!(outcome)));
             examples.push(("Read", json!(Read { request, outcome: outcome.clone() })));
-            examples.push(("Taken", json!(Taken { outcome: Some(outcome), room: 1 })));
+            examples.push(("Taken", json!(Taken { outcome: Some(outcome) })));
             examples.push(("Finished", json!(finished)));
             examples.push(("Turn", json!(Turn { replies: vec![finished], lines, messages, nap: 1.5 })));
         }

@@ -92,6 +92,54 @@ def test_half_a_reply_is_told(studio: Studio, ports: Path) -> None:
         assert studio.send("GAP 1, 0").endswith("status 100 ok"), "the page goes on"
 
 
+# Notes, in the worker of the link, how many bytes have come, and stops its clock until `release` is called.
+HOLD = """() => {
+    self.came = 0;
+    const { now } = performance;
+    const held = now.call(performance);
+    performance.now = () => held;
+    self.release = () => delete performance.now;
+    const read = ReadableStreamDefaultReader.prototype.read;
+    ReadableStreamDefaultReader.prototype.read = async function () {
+        const chunk = await read.call(this);
+        came += chunk.value?.length ?? 0;
+        return chunk;
+    };
+}"""
+
+
+def test_a_late_reply_is_not_taken_for_another_ones(studio: Studio, ports: Path) -> None:
+    """GAP 4 is answered when its time is over; GAP 5, of the same number, is not sent before that, but STOP is."""
+    silent = b""
+
+    def answer(request: bytes) -> bytes:
+        nonlocal silent
+        if request[1:3] == bytes([6, 4]):
+            silent = request
+            return b""
+        return reply(request, 1140 << 16 | 0x012A if request[1] == VERSION else request[2])
+
+    with Fake(ports / "ttyACM0", answer) as fake:
+        studio.connect()
+        link = studio.page.workers[-1]
+        link.evaluate(HOLD)
+        assert "no reply; check power, wiring, address" in studio.send("GAP 4, 0")
+        studio.line.fill("GAP 5, 0")
+        studio.line.press("Enter")
+        studio.page.keyboard.press("Escape")
+        fake.wait_for(bytes([1, 3]))
+        # What waited was dropped by STOP; this one waits now.
+        studio.line.fill("GAP 5, 0")
+        studio.line.press("Enter")
+        came = link.evaluate("came")
+        fake.say(reply(silent, 4444))
+        while link.evaluate("came") < came + 9:
+            studio.page.wait_for_timeout(20)
+        assert not any(request[1:3] == bytes([6, 5]) for request in fake.requests)
+        link.evaluate("release()")
+        expect(studio.replies.last).to_contain_text("GAP 5, 0: 5 ")
+
+
 def test_a_port_that_goes_during_a_job(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
@@ -153,18 +201,24 @@ def test_what_is_no_number_of_a_link_is_told(studio: Studio, field: str, value: 
     expect(studio.page.get_by_label(field, exact=True)).to_be_focused()
 
 
+def begin_download(studio: Studio, module: VirtualModule) -> None:
+    """Begins to load a program, which takes a while."""
+    module.ask("fault reply-delay 20 ms")
+    studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
+    studio.button("Load program").click()
+    expect(studio.job("Load program")).to_contain_text(" of ")
+
+
 def test_stop_ends_a_download_and_the_motor(studio: Studio, ports: Path, tmp_path: Path) -> None:
     """In download mode a module stores commands, also those that should stop it."""
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
         studio.send("ROR 0, 500")
-        module.ask("fault reply-delay 20 ms")
-        studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
-        studio.button("Load program").click()
-        expect(studio.job("Load program")).to_contain_text(" of ")
+        begin_download(studio, module)
         studio.button("STOP").click()
         expect(studio.job("Load program")).to_contain_text("interrupted")
-        module.wait_for_telegrams("to 1: 132", "to 1: 133", "to 1: 128", "to 1: MST 0", "status 100")
+        stopped = ("to 1: 133", "to 1: 128", "to 1: MST 0", "status 100")
+        module.wait_for_telegrams("to 1: 132", *stopped, "to 1: 132", "to 1: STOP", "to 1: 133", "status 100")
         module.ask("fault reply-delay 0 ms")
         module.ask("pause")
         module.ask("step 3 s")
@@ -173,18 +227,28 @@ def test_stop_ends_a_download_and_the_motor(studio: Studio, ports: Path, tmp_pat
         assert studio.send("GAP 2, 0").endswith("status 100 ok"), "it carries commands out again"
         commands = [line for line in module.telegrams() if " > " in line and "to 1: GAP" in line]
         during = module.telegrams()[module.first("to 1: 132") : module.first("to 1: 133")]
+        assert studio.send("134, 0, 0, 0").startswith("134, 0, 0, 0: STOP"), "nothing is left of the program"
         assert commands
         assert not any("to 1: GAP" in line for line in during), "no samples in between the program"
+
+
+def test_a_page_that_goes_during_a_download_stops_the_motor(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        studio.send("ROR 0, 500")
+        begin_download(studio, module)
+        studio.page.close()
+        module.wait_for_telegrams("to 1: 132", "to 1: 133", "to 1: MST 0", "status 100")
+        module.ask("pause")
+        module.ask("step 3 s")
+        assert module.ask("state")["velocity"] == 0
 
 
 def test_the_end_of_a_download_leaves_the_module_as_it_should_be(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
-        module.ask("fault reply-delay 20 ms")
-        studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
-        studio.button("Load program").click()
+        begin_download(studio, module)
         job = studio.job("Load program")
-        expect(job).to_contain_text(" of ")
         job.get_by_role("button", name="End").click()
         expect(job).to_contain_text("interrupted")
         module.ask("fault reply-delay 0 ms")

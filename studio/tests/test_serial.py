@@ -98,6 +98,33 @@ def test_a_port_belongs_to_one_tab(
     other.connect()
 
 
+# Stands in for the browser's chooser, in which the user takes the port of this number.
+CHOOSE = "number => navigator.serial.requestPort = async () => (await navigator.serial.getPorts())[number]"
+
+
+def test_of_two_adapters_of_one_kind_either_can_be_chosen(
+    serial_chromium: Browser, studio_site: Site, module: VirtualModule, ports: Path, tmp_path: Path
+) -> None:
+    with VirtualModule(ports / "ttyACM1", tmp_path, "--product", "6110"):
+        first, second = (Studio(serial_chromium.open(studio_site.url)) for _ in range(2))
+        first.button("Connect").click()
+        expect(first.link).to_have_text("connected")
+        known = first.module.inner_text()
+        other = "6110" if "1140" in known else "1140"
+        # The first port is taken by the first tab; the second port is free.
+        for number, words in ((0, "another tab"), (1, "connected")):
+            second.page.evaluate(CHOOSE, number)
+            second.button("Choose another port").click()
+            expect(second.link).to_contain_text(words)
+        second.is_there(other)
+        # What was chosen comes first from now on.
+        second.button("Disconnect").click()
+        expect(second.link).to_have_text("disconnected")
+        second.connect(other)
+        assert first.send("GAP 1, 0").endswith("status 100 ok")
+        assert first.module.inner_text() == known
+
+
 @pytest.mark.parametrize("how", ["close", "reload"])
 def test_a_page_that_goes_stops_what_it_has_moved(studio: Studio, module: VirtualModule, how: str) -> None:
     studio.connect()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import pytest
 from bed.browser import Browser
 from bed.server import Site
@@ -133,6 +135,33 @@ def test_values_of_each_axis_are_shown_and_not_announced(studio: Studio) -> None
     expect(table.get_by_role("row")).to_have_count(6)
     studio.send("SAP 1, 2, 777")
     expect(table.get_by_role("row").filter(has_text="position 2").get_by_role("cell")).to_have_text("777")
+
+
+def test_replies_are_announced_and_samples_are_not(chromium: Browser, studio_site: Site) -> None:
+    """As the browser tells programs that read a page aloud."""
+    studio = Studio(chromium.open(studio_site.url))
+    studio.start()
+    studio.send("GAP 1, 0")
+    nodes = studio.page.context.new_cdp_session(studio.page).send("Accessibility.getFullAXTree")["nodes"]
+    spoken = {}
+    for node in nodes:
+        told = {entry["name"]: entry["value"].get("value") for entry in node.get("properties", [])}
+        if told.get("live", "off") != "off":
+            spoken[node.get("name", {}).get("value")] = told["live"]
+    replies = {"Replies": "polite", "Module": "polite", "Link": "polite", "": "assertive"}
+    assert spoken == replies
+    controls = {"button", "textbox", "combobox", "spinbutton", "listbox"}
+    named = [node for node in nodes if not node["ignored"] and node["role"]["value"] in controls]
+    assert len(named) > 10
+    assert all(node["name"]["value"] for node in named), "every control has a name"
+
+
+def test_any_server_offers_it_from_any_folder(browser: Browser, site: Site) -> None:
+    folder = site.folder / "some" / "folder with a name"
+    shutil.copytree(FOLDER, folder)
+    studio = Studio(browser.open(site.url + "some/folder%20with%20a%20name/"))
+    studio.start("6110")
+    assert studio.send("GAP 1, 5").endswith("status 100 ok")
 
 
 def test_a_module_takes_the_place_of_another(studio: Studio) -> None:

@@ -225,7 +225,7 @@ fn a_module_that_does_not_answer_well_is_told() {
             answering(|_| Some(vec![0xAA; TELEGRAM])),
             "reply with a wrong checksum: AA AA AA AA AA AA AA AA AA; check the",
         ),
-        (answering(|_| Some(vec![0xAA; 4])), "only 4 of 9 bytes of a reply came; on RS485 check --baud"),
+        (answering(|_| Some(vec![0xAA; 4])), "only 4 of 9 bytes of a reply came; on RS485 check the bit rate"),
         (answering(|_| Some(Vec::new())), "no reply; check power, wiring"),
         (answering(|_| None), "the other side has closed the connection"),
         (answering(late), "no reply; check power, wiring"),

@@ -47,6 +47,10 @@ class Fake:
         for end in (self._ends, self._device, self._end):
             os.close(end)
 
+    def say(self, bytes_: bytes) -> None:
+        """Sends bytes that no request asks for now."""
+        os.write(self._end, bytes_)
+
     def wait_for(self, beginning: bytes) -> None:
         """Waits for a request that begins so."""
         end = time.monotonic() + PATIENCE

@@ -70,13 +70,13 @@ impl fmt::Display for Error {
             }
             Error::Unknown { number } => write!(
                 f,
-                "a TMCM-{number} is not known here; if it has the parameters of a known one, name that with --product"
+                "a TMCM-{number} is not known here; use numbers, or name a known product that has its parameters"
             ),
             Error::Strange { command, reply } => {
                 let reply = hexadecimal(reply);
                 write!(
                     f,
-                    "{command}: what came is not the reply to it: {reply}; is there a module, and is --baud right?"
+                    "{command}: what came is not the reply to it: {reply}; is there a module, and is the bit rate right?"
                 )
             }
         }

@@ -44,7 +44,7 @@ pub fn text(state: &State) -> String {
                 JogEnd::Key | JogEnd::Signal => format!("axis {axis} is stopped"),
                 JogEnd::Slow { round_ms, most_ms } => format!(
                     "the module's replies take too long for a jog: {round_ms} ms each, where {most_ms} ms is the most with \
-                     which it neither stutters nor goes on too long; try USB, or a faster bit rate (--baud)"
+                     which it neither stutters nor goes on too long; try USB, or a faster bit rate"
                 ),
                 JogEnd::Failed { error, supply: Some(supply) } => {
                     let (volts, tenths) = (supply / 10, (supply % 10).abs());

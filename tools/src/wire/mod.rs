@@ -76,17 +76,17 @@ impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             LinkError::NoReply { bytes: 0 } => {
-                f.write_str("no reply; check power, wiring, --address, and on RS485 --baud and termination")
+                f.write_str("no reply; check power, wiring, address, and on RS485 bit rate and termination")
             }
             LinkError::NoReply { bytes } => {
-                write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
+                write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check the bit rate")
             }
             LinkError::Others { asked, answered } => {
                 let (plural, others) = (if answered.len() == 1 { "" } else { "s" }, numbers(answered));
                 write!(
                     f,
-                    "no reply from module {asked}, but module{plural} {others} answered; give --address, or --any-address if \
-                     the module asked is the only one, or has {asked} for its secondary address"
+                    "no reply from module {asked}, but module{plural} {others} answered; use its address, or take replies from \
+                     any address if the module asked is the only one, or has {asked} for its secondary address"
                 )
             }
             LinkError::Address => f.write_str("addresses go up to 255 on this link; only CAN has more, up to 2047"),

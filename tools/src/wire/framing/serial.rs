@@ -18,6 +18,8 @@ pub struct Serial {
     reply: Vec<u8>,
     /// Modules that were not asked, and have replied.
     answered: Vec<u8>,
+    /// Numbers of commands whose replies did not come in time, and may come late.
+    owed: Vec<u8>,
 }
 
 impl Serial {
@@ -42,6 +44,13 @@ impl Serial {
             _ => None,
         }
     }
+
+    /// Whether this is the late reply to a request that was given up. One that has the number of the command that is asked now
+    /// cannot be told from the reply to that.
+    fn is_late(&self, reply: &Telegram) -> bool {
+        let is_strange = self.asked.is_some_and(|(_, command)| Answer::read(command, reply) == Answer::Strange);
+        is_strange && binary::decode_reply(reply).is_some_and(|reply| self.owed.contains(&reply.opcode))
+    }
 }
 
 impl Framing for Serial {
@@ -60,8 +69,15 @@ impl Framing for Serial {
         self.reply.extend(bytes);
         let reply = *self.reply.first_chunk::<TELEGRAM>()?;
         self.reply.clear();
+        if self.is_late(&reply) {
+            return None;
+        }
         match self.other(&reply) {
-            None => return Some(Ok(reply)),
+            None => {
+                // A module replies in the order in which it is asked.
+                self.owed.clear();
+                return Some(Ok(reply));
+            }
             Some(other) if self.answered.contains(&other) => {}
             Some(other) => self.answered.push(other),
         }
@@ -73,6 +89,9 @@ impl Framing for Serial {
     }
 
     fn give_up(&mut self) -> LinkError {
+        if let Some((_, command)) = self.asked.filter(|(_, command)| !self.owed.contains(&command.opcode)) {
+            self.owed.push(command.opcode);
+        }
         match self.asked {
             Some((asked, _)) if !self.answered.is_empty() => {
                 LinkError::Others { asked, answered: std::mem::take(&mut self.answered) }
@@ -128,6 +147,23 @@ mod tests {
         serial.take_any();
         serial.ask(1, GAP, &mut Nobody).unwrap();
         assert_eq!(serial.take(&reply(3, 5), &mut Nobody).unwrap().unwrap(), reply(3, 5));
+    }
+
+    /// Replies to GAP and MST that were given up come late: they are not those to ROR, which comes behind them.
+    #[test]
+    fn late_replies_to_other_commands_are_passed_over() {
+        let mut serial = Serial::default();
+        for opcode in [6, 3] {
+            serial.ask(1, Command::new(opcode, 0, 0, 0), &mut Nobody).unwrap();
+            serial.give_up();
+        }
+        serial.ask(1, Command::new(1, 0, 0, 500), &mut Nobody).unwrap();
+        let reply = |opcode| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode, value: 0 });
+        assert!(serial.take(&reply(6), &mut Nobody).is_none() && serial.take(&reply(3), &mut Nobody).is_none());
+        assert_eq!(serial.take(&reply(1), &mut Nobody).unwrap().unwrap(), reply(1));
+        // Nothing is late any more.
+        serial.ask(1, Command::new(1, 0, 0, 500), &mut Nobody).unwrap();
+        assert_eq!(serial.take(&reply(6), &mut Nobody).unwrap().unwrap(), reply(6));
     }
 
     /// Half a reply to an earlier request is no part of the next one's.
