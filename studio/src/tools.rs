@@ -129,7 +129,7 @@ impl Tools {
         for line in script {
             let action = Action::parse(line).map_err(Failure::Failed)?;
             let mut around = Around { stop: &self.stop, read: &mut read, progress };
-            lines.push(debug::words::text(&debugger.act(action, &mut around).map_err(failed)?));
+            lines.push(debug::words::text(&debugger.act(&mut self.module, action, &mut around).map_err(failed)?));
         }
         Ok(lines)
     }

@@ -11,6 +11,7 @@ use std::path::Path;
 use clap::Args;
 use completion::Completion;
 use tmcl_link::EndSignal;
+use tmcl_tools::conversation::Conversation;
 use tmcl_tools::debug::state::Told;
 use tmcl_tools::debug::{Action, Around, Debugger, Trouble, words};
 use tmcl_tools::product::Product;
@@ -80,11 +81,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     let mut debugger = Debugger::new(&mut module, file.clone(), program)?;
     let mut input = Editor::open(Completion { names: debugger.names() })?;
-    let done = converse(&mut debugger, &mut input, &signal);
+    let done = converse(&mut debugger, &mut module, &mut input, &signal);
     if let Err(Failure::Failed(_) | Failure::Closed) = done {
         return done;
     }
-    match debugger.farewell() {
+    match debugger.farewell(&mut module) {
         Ok(farewell) => writeln!(tell::out(), "{}", words::farewell(&farewell))?,
         Err(error) if done.is_ok() => return Err(error.into()),
         Err(_) => {}
@@ -102,12 +103,17 @@ fn reread(file: &Path, product: Option<Product>) -> Result<Program, String> {
 
 /// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before the
 /// first one is where the program is.
-fn converse(debugger: &mut Debugger<'_>, input: &mut Editor<Completion>, signal: &EndSignal) -> Result<(), Failure> {
+fn converse(
+    debugger: &mut Debugger,
+    module: &mut Conversation,
+    input: &mut Editor<Completion>,
+    signal: &EndSignal,
+) -> Result<(), Failure> {
     let mut out = tell::out();
     let is_terminal = input.is_terminal();
     let prompt = if is_terminal { "(tmcl) " } else { "" };
     let mut last = None;
-    let mut told = Ok(debugger.whereabouts()?);
+    let mut told = Ok(debugger.whereabouts(module)?);
     for number in 0_u64.. {
         match told {
             Ok(told) => {
@@ -146,7 +152,7 @@ fn converse(debugger: &mut Debugger<'_>, input: &mut Editor<Completion>, signal:
             Ok(Some(action)) => {
                 last = Some(action.again());
                 let mut around = Around { stop: signal, read: &mut reread, progress: &mut progress::bar() };
-                debugger.act(action, &mut around)
+                debugger.act(module, action, &mut around)
             }
             Ok(None) => Ok(Told::Nothing),
             Err(message) => Err(message.into()),

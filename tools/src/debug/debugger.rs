@@ -56,9 +56,8 @@ enum Step {
     Interrupted(u16),
 }
 
-/// The debugger of the program in a module.
-pub struct Debugger<'a> {
-    module: &'a mut Conversation,
+/// The debugger of the program in a module, which is given to it with each action.
+pub struct Debugger {
     file: PathBuf,
     program: Program,
     names: Names,
@@ -73,12 +72,12 @@ pub struct Debugger<'a> {
     axes: Option<u8>,
 }
 
-impl<'a> Debugger<'a> {
+impl Debugger {
     /// A debugger of a program that is in the module. `file` is where it was read.
-    pub fn new(module: &'a mut Conversation, file: PathBuf, program: Program) -> Result<Self, Error> {
+    pub fn new(module: &mut Conversation, file: PathBuf, program: Program) -> Result<Self, Error> {
         let names = Names::of(&program, module.product()?);
         let (breakpoints, watched) = (Breakpoints::new(), Vec::new());
-        Ok(Debugger { module, file, program, names, breakpoints, watched, ended: None, listed: 0, axes: None })
+        Ok(Debugger { file, program, names, breakpoints, watched, ended: None, listed: 0, axes: None })
     }
 
     /// The names that can be typed.
@@ -87,53 +86,54 @@ impl<'a> Debugger<'a> {
     }
 
     /// Carries an action out.
-    pub fn act(&mut self, action: Action, around: &mut Around<'_>) -> Result<Told, Trouble> {
+    pub fn act(&mut self, module: &mut Conversation, action: Action, around: &mut Around<'_>) -> Result<Told, Trouble> {
         use Action as A;
         if matches!(action, A::Step(_) | A::Next(_) | A::Continue | A::Stop | A::Reset | A::Reload | A::Send(_)) {
             self.ended = None;
         }
         match action {
-            A::Step(times) => self.advance(Some(times), false, around.stop),
-            A::Next(times) => self.advance(Some(times), true, around.stop),
+            A::Step(times) => self.advance(module, Some(times), false, around.stop),
+            A::Next(times) => self.advance(module, Some(times), true, around.stop),
             A::Continue if self.breakpoints.is_empty() => {
-                self.module.control(Opcode::RunApplication, 0, 0)?;
+                module.control(Opcode::RunApplication, 0, 0)?;
                 Ok(Told::Running)
             }
-            A::Continue => self.advance(None, false, around.stop),
+            A::Continue => self.advance(module, None, false, around.stop),
             A::Stop => {
-                self.module.control(Opcode::StopApplication, 0, 0)?;
-                self.whereabouts()
+                module.control(Opcode::StopApplication, 0, 0)?;
+                self.whereabouts(module)
             }
             A::Reset => {
-                self.module.control(Opcode::ResetApplication, 0, 0)?;
-                self.whereabouts()
+                module.control(Opcode::ResetApplication, 0, 0)?;
+                self.whereabouts(module)
             }
             A::Break(None) => Ok(self.all_breakpoints()),
-            A::Break(Some(typed)) => self.set_breakpoint(&typed),
+            A::Break(Some(typed)) => self.set_breakpoint(module, &typed),
             A::Delete(None) => {
                 self.breakpoints.clear();
                 Ok(self.all_breakpoints())
             }
             A::Delete(Some(typed)) => self.delete_breakpoint(&typed),
-            A::Registers => self.registers(),
+            A::Registers => self.registers(module),
             A::Axes => {
-                let axes: Result<Vec<Axis>, Error> = (0..self.axes()?).map(|number| self.axis(number)).collect();
+                let axes: Result<Vec<Axis>, Error> =
+                    (0..self.axes(module)?).map(|number| self.axis(module, number)).collect();
                 Ok(Told::Axes(axes?))
             }
             A::Print(typed) => {
                 let quantity = Quantity::parse(&typed, &self.names)?;
-                Ok(Told::Values(vec![quantity.read(self.module)?]))
+                Ok(Told::Values(vec![quantity.read(module)?]))
             }
-            A::Set(typed) => self.set(&typed),
-            A::Watch(None) => self.all_watched(),
-            A::Watch(Some(typed)) => self.watch(&typed),
-            A::Unwatch(typed) => self.unwatch(typed.as_deref()),
-            A::List(typed) => self.list(typed.as_deref()),
+            A::Set(typed) => self.set(module, &typed),
+            A::Watch(None) => self.all_watched(module),
+            A::Watch(Some(typed)) => self.watch(module, &typed),
+            A::Unwatch(typed) => self.unwatch(module, typed.as_deref()),
+            A::List(typed) => self.list(module, typed.as_deref()),
             A::More => Ok(self.list_from(self.listed, None)),
-            A::Reload => self.reload(around),
+            A::Reload => self.reload(module, around),
             A::Send(line) => {
                 let request = Request::read(&line, self.names.product, &self.names.symbols)?;
-                let reply = reply_to(self.module, request)?;
+                let reply = reply_to(module, request)?;
                 Ok(Told::Reply { command: request.command.to_string(), reply })
             }
             A::Help => Ok(Told::Help),
@@ -142,24 +142,24 @@ impl<'a> Debugger<'a> {
     }
 
     /// The state of the program and the commands around the next one.
-    pub fn whereabouts(&mut self) -> Result<Told, Trouble> {
-        let state = state(self.module)?;
+    pub fn whereabouts(&mut self, module: &mut Conversation) -> Result<Told, Trouble> {
+        let state = state(module)?;
         match state.program {
             RunState::Running => Ok(Told::Running),
-            _ => Ok(Told::Halted(self.halt(Reason::Resting, state.counter)?)),
+            _ => Ok(Told::Halted(self.halt(module, Reason::Resting, state.counter)?)),
         }
     }
 
     /// The state in which the module is left.
-    pub fn farewell(&mut self) -> Result<Farewell, Error> {
-        let state = state(self.module)?;
-        let axes: Result<Vec<Axis>, Error> = (0..self.axes()?).map(|number| self.axis(number)).collect();
+    pub fn farewell(&mut self, module: &mut Conversation) -> Result<Farewell, Error> {
+        let state = state(module)?;
+        let axes: Result<Vec<Axis>, Error> = (0..self.axes(module)?).map(|number| self.axis(module, number)).collect();
         Ok(Farewell { state, moving: axes?.into_iter().filter(|axis| axis.speed != 0).collect() })
     }
 
     /// The state of a program that must be halted.
-    fn halted(&mut self) -> Result<State, Trouble> {
-        let state = state(self.module)?;
+    fn halted(&mut self, module: &mut Conversation) -> Result<State, Trouble> {
+        let state = state(module)?;
         match state.program {
             RunState::Running => Err(Trouble::Mistake(RUNS.into())),
             _ => Ok(state),
@@ -168,16 +168,24 @@ impl<'a> Debugger<'a> {
 
     /// Steps to a breakpoint or the end of the program, at most `most` steps. With `over` a subroutine is one step with
     /// the CSUB that calls it.
-    fn advance(&mut self, most: Option<u32>, over: bool, stop: &dyn Asked) -> Result<Told, Trouble> {
-        let (mut at, mut done, mut depth) = (self.halted()?.counter, 0, 0);
+    fn advance(
+        &mut self,
+        module: &mut Conversation,
+        most: Option<u32>,
+        over: bool,
+        stop: &dyn Asked,
+    ) -> Result<Told, Trouble> {
+        let (mut at, mut done, mut depth) = (self.halted(module)?.counter, 0, 0);
         loop {
-            let counter = match self.step(stop)? {
+            let counter = match self.step(module, stop)? {
                 Step::Done(counter) => counter,
                 Step::Ended => {
                     self.ended = Some(at);
-                    return Ok(Told::Halted(self.halt(Reason::Ended, at)?));
+                    return Ok(Told::Halted(self.halt(module, Reason::Ended, at)?));
                 }
-                Step::Interrupted(counter) => return Ok(Told::Halted(self.halt(Reason::Interrupted, counter)?)),
+                Step::Interrupted(counter) => {
+                    return Ok(Told::Halted(self.halt(module, Reason::Interrupted, counter)?));
+                }
             };
             if over {
                 depth = depth_behind(depth, &self.program, at, counter);
@@ -186,110 +194,110 @@ impl<'a> Debugger<'a> {
             done += u32::from(depth == 0);
             let reason = if depth == 0 && most == Some(done) {
                 Reason::Stepped
-            } else if self.halts_at(counter)? {
+            } else if self.halts_at(module, counter)? {
                 Reason::Breakpoint
             } else if stop.happened() {
                 Reason::Interrupted
             } else {
                 continue;
             };
-            return Ok(Told::Halted(self.halt(reason, counter)?));
+            return Ok(Told::Halted(self.halt(module, reason, counter)?));
         }
     }
 
     /// Executes the command at the program counter, or goes to the handler of an interrupt.
-    fn step(&mut self, stop: &dyn Asked) -> Result<Step, Error> {
-        self.module.control(Opcode::StepApplication, 0, 0)?;
+    fn step(&mut self, module: &mut Conversation, stop: &dyn Asked) -> Result<Step, Error> {
+        module.control(Opcode::StepApplication, 0, 0)?;
         loop {
-            let now = state(self.module)?;
+            let now = state(module)?;
             if !now.waiting {
                 let ended = now.program == RunState::Stopped;
                 return Ok(if ended { Step::Ended } else { Step::Done(now.counter) });
             }
-            if self.module.pause(LOOK, stop) {
-                self.module.control(Opcode::StopApplication, 0, 0)?;
-                return Ok(Step::Interrupted(state(self.module)?.counter));
+            if module.pause(LOOK, stop) {
+                module.control(Opcode::StopApplication, 0, 0)?;
+                return Ok(Step::Interrupted(state(module)?.counter));
             }
         }
     }
 
     /// True if there is a breakpoint at an address, and its condition holds.
-    fn halts_at(&mut self, address: u16) -> Result<bool, Error> {
+    fn halts_at(&mut self, module: &mut Conversation, address: u16) -> Result<bool, Error> {
         match self.breakpoints.get(&address) {
             None => Ok(false),
             Some(Breakpoint { condition: None, .. }) => Ok(true),
-            Some(Breakpoint { condition: Some(condition), .. }) => condition.holds(self.module),
+            Some(Breakpoint { condition: Some(condition), .. }) => condition.holds(module),
         }
     }
 
     /// A halt at an address, with what has changed since the last one.
-    fn halt(&mut self, reason: Reason, address: u16) -> Result<Halt, Error> {
+    fn halt(&mut self, module: &mut Conversation, reason: Reason, address: u16) -> Result<Halt, Error> {
         let around = address.saturating_sub(AROUND)..=address.saturating_add(AROUND);
         let around = around.filter(|near| *near == address || self.command(*near).is_some());
         let around = around.map(|near| self.row(near, Some(address))).collect();
         let mut changed = Vec::new();
         for (quantity, before) in &mut self.watched {
-            let value = quantity.value(self.module)?;
+            let value = quantity.value(module)?;
             if value != *before {
-                changed.push(Change { before: *before, now: quantity.read(self.module)? });
+                changed.push(Change { before: *before, now: quantity.read(module)? });
                 *before = value;
             }
         }
         Ok(Halt { reason, around, changed })
     }
 
-    fn registers(&mut self) -> Result<Told, Trouble> {
-        let state = state(self.module)?;
-        let accumulator = Register::Accumulator.read(self.module)?;
-        let x = Register::X.read(self.module)?;
-        let axes = Some(self.axes()?).filter(|axes| *axes > 1).unwrap_or_default();
+    fn registers(&mut self, module: &mut Conversation) -> Result<Told, Trouble> {
+        let state = state(module)?;
+        let accumulator = Register::Accumulator.read(module)?;
+        let x = Register::X.read(module)?;
+        let axes = Some(self.axes(module)?).filter(|axes| *axes > 1).unwrap_or_default();
         let positions: Result<Vec<i32>, Error> =
-            (0..axes).map(|axis| self.module.axis(axis, AxisParameter::ActualPosition)).collect();
+            (0..axes).map(|axis| module.axis(axis, AxisParameter::ActualPosition)).collect();
         Ok(Told::Registers(Registers { state, accumulator, x, positions: positions? }))
     }
 
     /// The number of the module's axes.
-    fn axes(&mut self) -> Result<u8, Error> {
+    fn axes(&mut self, module: &mut Conversation) -> Result<u8, Error> {
         if let Some(axes) = self.axes {
             return Ok(axes);
         }
-        let axes = self.module.axes()?;
+        let axes = module.axes()?;
         self.axes = Some(axes);
         Ok(axes)
     }
 
-    fn axis(&mut self, number: u8) -> Result<Axis, Error> {
-        let position = self.module.axis(number, AxisParameter::ActualPosition)?;
-        let (speed, shown) = self.module.speed(number)?;
+    fn axis(&mut self, module: &mut Conversation, number: u8) -> Result<Axis, Error> {
+        let position = module.axis(number, AxisParameter::ActualPosition)?;
+        let (speed, shown) = module.speed(number)?;
         Ok(Axis { number, position, speed, shown })
     }
 
-    fn set(&mut self, typed: &str) -> Result<Told, Trouble> {
+    fn set(&mut self, module: &mut Conversation, typed: &str) -> Result<Told, Trouble> {
         let (what, value) = assignment(typed, &self.names)?;
         let quantity = Quantity::parse(what, &self.names)?;
         let value = self.names.number(value)?;
         if quantity.is_register() {
-            self.halted()?;
+            self.halted(module)?;
         }
-        quantity.write(self.module, value)?;
-        Ok(Told::Values(vec![quantity.read(self.module)?]))
+        quantity.write(module, value)?;
+        Ok(Told::Values(vec![quantity.read(module)?]))
     }
 
-    fn all_watched(&mut self) -> Result<Told, Trouble> {
+    fn all_watched(&mut self, module: &mut Conversation) -> Result<Told, Trouble> {
         let readings: Result<Vec<Reading>, Error> =
-            self.watched.iter().map(|(quantity, _)| quantity.read(self.module)).collect();
+            self.watched.iter().map(|(quantity, _)| quantity.read(module)).collect();
         Ok(Told::Watched(readings?))
     }
 
-    fn watch(&mut self, typed: &str) -> Result<Told, Trouble> {
+    fn watch(&mut self, module: &mut Conversation, typed: &str) -> Result<Told, Trouble> {
         let quantity = Quantity::parse(typed, &self.names)?;
-        let reading = quantity.read(self.module)?;
+        let reading = quantity.read(module)?;
         self.watched.retain(|(other, _)| *other != quantity);
         self.watched.push((quantity, reading.value));
         Ok(Told::Values(vec![reading]))
     }
 
-    fn unwatch(&mut self, typed: Option<&str>) -> Result<Told, Trouble> {
+    fn unwatch(&mut self, module: &mut Conversation, typed: Option<&str>) -> Result<Told, Trouble> {
         let count = self.watched.len();
         match typed {
             None => self.watched.clear(),
@@ -297,14 +305,14 @@ impl<'a> Debugger<'a> {
         }
         match typed {
             Some(typed) if self.watched.len() == count => Err(Trouble::Mistake(format!("'{typed}' is not watched"))),
-            _ => self.all_watched(),
+            _ => self.all_watched(module),
         }
     }
 
-    fn list(&mut self, typed: Option<&str>) -> Result<Told, Trouble> {
+    fn list(&mut self, module: &mut Conversation, typed: Option<&str>) -> Result<Told, Trouble> {
         let counter = match self.ended {
             Some(address) => address,
-            None => state(self.module)?.counter,
+            None => state(module)?.counter,
         };
         let first = match typed {
             None => counter.saturating_sub(LINES / 2),
@@ -325,13 +333,13 @@ impl<'a> Debugger<'a> {
         Told::Breakpoints(self.breakpoints.keys().map(|address| self.stop(*address)).collect())
     }
 
-    fn set_breakpoint(&mut self, typed: &str) -> Result<Told, Trouble> {
+    fn set_breakpoint(&mut self, module: &mut Conversation, typed: &str) -> Result<Told, Trouble> {
         let (place, condition) = place_and_condition(typed);
         let address = self.address(place)?;
         let condition = condition.map(|typed| Condition::parse(typed, &self.names)).transpose()?;
         if let Some(condition) = &condition {
             // What cannot be read is told now, and not when the program comes by.
-            condition.holds(self.module)?;
+            condition.holds(module)?;
         }
         self.breakpoints.insert(address, Breakpoint { place: place.into(), condition });
         Ok(Told::Breakpoints(vec![self.stop(address)]))
@@ -346,11 +354,11 @@ impl<'a> Debugger<'a> {
     }
 
     /// Reads the file again and loads it. Breakpoints and watched values are found anew by what the user has typed.
-    fn reload(&mut self, around: &mut Around<'_>) -> Result<Told, Trouble> {
+    fn reload(&mut self, module: &mut Conversation, around: &mut Around<'_>) -> Result<Told, Trouble> {
         let program = (around.read)(&self.file, self.names.product)?;
-        self.module.control(Opcode::StopApplication, 0, 0)?;
-        download(self.module, &program, 0, around.stop, around.progress)?;
-        self.module.control(Opcode::ResetApplication, 0, 0)?;
+        module.control(Opcode::StopApplication, 0, 0)?;
+        download(module, &program, 0, around.stop, around.progress)?;
+        module.control(Opcode::ResetApplication, 0, 0)?;
         self.names = Names::of(&program, self.names.product);
         self.program = program;
         let mut lost = Vec::new();
@@ -369,8 +377,8 @@ impl<'a> Debugger<'a> {
                 Err(_) => lost.push(format!("watch {}", quantity.typed)),
             }
         }
-        let counter = state(self.module)?.counter;
-        let halt = self.halt(Reason::Resting, counter)?;
+        let counter = state(module)?.counter;
+        let halt = self.halt(module, Reason::Resting, counter)?;
         Ok(Told::Reloaded { commands: self.program.commands.len(), lost, halt })
     }
 
