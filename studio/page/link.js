@@ -211,13 +211,12 @@ export class Link {
         }
     }
 
-    /** Leaves nothing of a program that was broken off, unless STOP is pressed once more. */
+    /** Leaves nothing of a program that was broken off, unless STOP is pressed once more: its last request ends download mode. */
     async #tidy() {
         const clear = this.download?.clear ?? [];
-        await Promise.all(clear.map((request) => this.#exchange(TIDY, request, STOP_TIMEOUT)));
-        if (!this.pressed) {
-            this.download = undefined;
-        }
+        await Promise.all(
+            clear.map((request) => this.#exchange(TIDY, request, STOP_TIMEOUT, () => this.#note(request))),
+        );
     }
 
     /**

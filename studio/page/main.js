@@ -1,7 +1,7 @@
 // The page: what is pressed, and what is shown. Text never becomes HTML.
 
 import { canSuspend } from './doors.js';
-import { allowed } from './serial.js';
+import { allowed, NoPort } from './serial.js';
 import { Session } from './session.js';
 
 /** What to look at where there is no port. */
@@ -277,7 +277,10 @@ async function connect(choose) {
             at('state').textContent = `choose a port. ${NO_PORT}`;
             chosen = await serial.requestPort();
             ports = await allowed();
-            known = ports.find(({ port }) => port === chosen) ?? ports[0];
+            known = ports.find(({ port }) => port === chosen);
+        }
+        if (!known) {
+            throw new NoPort('it is gone already');
         }
         const { kind, number } = known;
         await open({ serial: { baudRate, place: { kind, number } } });

@@ -140,12 +140,23 @@ def test_a_late_reply_is_not_taken_for_another_ones(studio: Studio, ports: Path)
         expect(studio.replies.last).to_contain_text("GAP 5, 0: 5 ")
 
 
+def begin(studio: Studio, module: VirtualModule, job: str) -> None:
+    """Begins a job, which takes a while."""
+    module.ask("fault reply-delay 20 ms")
+    studio.button(job).click()
+    expect(studio.job(job)).to_contain_text(" of ")
+
+
+def begin_download(studio: Studio, module: VirtualModule) -> None:
+    """Begins to load a program."""
+    studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
+    begin(studio, module, "Load program")
+
+
 def test_a_port_that_goes_during_a_job(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
-        module.ask("fault reply-delay 20 ms")
-        studio.button("Read all settings").click()
-        expect(studio.job("Read all settings")).to_contain_text(" of ")
+        begin(studio, module, "Read all settings")
     expect(studio.link).to_contain_text("the link is lost")
     expect(studio.job("Read all settings")).to_contain_text("link")
     with VirtualModule(ports / "ttyACM0", tmp_path):
@@ -201,14 +212,6 @@ def test_what_is_no_number_of_a_link_is_told(studio: Studio, field: str, value: 
     expect(studio.page.get_by_label(field, exact=True)).to_be_focused()
 
 
-def begin_download(studio: Studio, module: VirtualModule) -> None:
-    """Begins to load a program, which takes a while."""
-    module.ask("fault reply-delay 20 ms")
-    studio.page.get_by_role("textbox", name="Program").fill("ROL 0, 700\n" * 200)
-    studio.button("Load program").click()
-    expect(studio.job("Load program")).to_contain_text(" of ")
-
-
 def test_stop_ends_a_download_and_the_motor(studio: Studio, ports: Path, tmp_path: Path) -> None:
     """In download mode a module stores commands, also those that should stop it."""
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
@@ -259,9 +262,7 @@ def test_the_end_of_a_download_leaves_the_module_as_it_should_be(studio: Studio,
 def test_nothing_that_was_asked_before_is_done_after_stop(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
-        module.ask("fault reply-delay 20 ms")
-        studio.button("Read all settings").click()
-        expect(studio.job("Read all settings")).to_contain_text(" of ")
+        begin(studio, module, "Read all settings")
         studio.line.fill("ROR 0, 500")
         studio.line.press("Enter")
         studio.button("STOP").click()

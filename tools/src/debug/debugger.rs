@@ -158,7 +158,7 @@ impl Debugger {
     }
 
     /// The state of a program that must be halted.
-    fn halted(&mut self, module: &mut Conversation) -> Result<State, Trouble> {
+    fn halted(module: &mut Conversation) -> Result<State, Trouble> {
         let state = state(module)?;
         match state.program {
             RunState::Running => Err(Trouble::Mistake(RUNS.into())),
@@ -175,9 +175,9 @@ impl Debugger {
         over: bool,
         stop: &dyn Asked,
     ) -> Result<Told, Trouble> {
-        let (mut at, mut done, mut depth) = (self.halted(module)?.counter, 0, 0);
+        let (mut at, mut done, mut depth) = (Self::halted(module)?.counter, 0, 0);
         loop {
-            let counter = match self.step(module, stop)? {
+            let counter = match Self::step(module, stop)? {
                 Step::Done(counter) => counter,
                 Step::Ended => {
                     self.ended = Some(at);
@@ -206,7 +206,7 @@ impl Debugger {
     }
 
     /// Executes the command at the program counter, or goes to the handler of an interrupt.
-    fn step(&mut self, module: &mut Conversation, stop: &dyn Asked) -> Result<Step, Error> {
+    fn step(module: &mut Conversation, stop: &dyn Asked) -> Result<Step, Error> {
         module.control(Opcode::StepApplication, 0, 0)?;
         loop {
             let now = state(module)?;
@@ -222,7 +222,7 @@ impl Debugger {
     }
 
     /// True if there is a breakpoint at an address, and its condition holds.
-    fn halts_at(&mut self, module: &mut Conversation, address: u16) -> Result<bool, Error> {
+    fn halts_at(&self, module: &mut Conversation, address: u16) -> Result<bool, Error> {
         match self.breakpoints.get(&address) {
             None => Ok(false),
             Some(Breakpoint { condition: None, .. }) => Ok(true),
@@ -277,13 +277,13 @@ impl Debugger {
         let quantity = Quantity::parse(what, &self.names)?;
         let value = self.names.number(value)?;
         if quantity.is_register() {
-            self.halted(module)?;
+            Self::halted(module)?;
         }
         quantity.write(module, value)?;
         Ok(Told::Values(vec![quantity.read(module)?]))
     }
 
-    fn all_watched(&mut self, module: &mut Conversation) -> Result<Told, Trouble> {
+    fn all_watched(&self, module: &mut Conversation) -> Result<Told, Trouble> {
         let readings: Result<Vec<Reading>, Error> =
             self.watched.iter().map(|(quantity, _)| quantity.read(module)).collect();
         Ok(Told::Watched(readings?))
