@@ -16,7 +16,7 @@ mod safety;
 mod turn;
 
 pub use io::{ANALOG, Inputs, Outputs};
-pub use safety::{Supervised, Supply};
+pub use safety::{LOCK, RELEASE, Supervised, Supply};
 pub use turn::Piece;
 
 use core::fmt;

@@ -7,9 +7,9 @@ use crate::motion::{Error, Joined, MotionController};
 use crate::units::Micros;
 
 /// Supply voltage in 0.1 V below which the motors are stopped and locked.
-const LOCK: u16 = 85;
+pub const LOCK: u16 = 85;
 /// Supply voltage in 0.1 V above which locked motors are released.
-const RELEASE: u16 = 95;
+pub const RELEASE: u16 = 95;
 
 /// Number of turns in a row, one in a millisecond, in which a motion controller does not answer before it is given up,
 /// and number of attempts to start it. A disturbance of the bus is shorter.

@@ -12,6 +12,7 @@
 //! * [`monitor`] - samples of axes, in rows and in lines
 //! * [`request`] - commands as users type them; [`replies`] - what a module says to them
 //! * [`scan`] - the modules on a link
+//! * [`status`] - inputs, outputs and axes, in words
 //! * [`shell`] - direct mode: lines, what there is to tell, and a motor that moves while a key is held
 //! * [`desk`] - lines of the control port, and how virtual time passes
 //! * [`run`] - a program on a virtual module, in virtual time
@@ -47,6 +48,7 @@ pub mod shell;
 pub mod shown;
 pub mod slcan;
 pub mod sources;
+pub mod status;
 pub mod stop;
 pub mod suggest;
 pub mod svg;

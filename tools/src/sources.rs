@@ -18,6 +18,11 @@ pub trait Sources {
     fn canonical(&self, name: &Path) -> PathBuf {
         name.into()
     }
+
+    /// The names of all sources, where that can be told.
+    fn names(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 }
 
 /// Texts that are there already, by their names.
@@ -32,5 +37,9 @@ impl Sources for Texts {
 
     fn exists(&self, name: &Path) -> bool {
         self.0.contains_key(name)
+    }
+
+    fn names(&self) -> Vec<PathBuf> {
+        self.0.keys().cloned().collect()
     }
 }

@@ -50,7 +50,7 @@ pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Progr
     let (program, files) = if is_standard(path) {
         (standard_input(settings), Vec::new())
     } else if is_source(path) {
-        let Watched { result, files } = assemble_file(&Files, path, settings);
+        let Watched { result, files, .. } = assemble_file(&Files, path, settings);
         (reported(result).map(Program::from), files)
     } else {
         (read_commands(path, settings.product).map(Program::from), vec![path.into()])

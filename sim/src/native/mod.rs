@@ -28,6 +28,7 @@ use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
 pub use board::{Motion, Simulated, Tmc429s, Wired, parts};
+pub use peek::check as may_peek;
 pub use product::{FirmwareKind, Model, Product};
 
 use crate::client::{Client, Sent};

@@ -9,7 +9,7 @@ use tmcm::tmcl::{Command, Opcode};
 ///
 /// # Errors
 /// Why it is not to be read so, and what to look at instead.
-pub(super) fn check(spec: &Spec, command: Command) -> Result<(), String> {
+pub fn check(spec: &Spec, command: Command) -> Result<(), String> {
     let Command { opcode, kind, motor, .. } = command;
     match Opcode::from_number(opcode) {
         Some(Opcode::Gap) => match spec.axis.find(kind).map(|parameter| parameter.function) {

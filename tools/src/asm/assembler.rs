@@ -14,7 +14,7 @@ use super::expression::evaluate;
 use super::include;
 use super::message::Message;
 use super::settings::Settings;
-use super::source::{Problem, Source};
+use super::source::{Problem, Source, beside};
 use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
@@ -24,7 +24,7 @@ use crate::sources::{Sources, Texts};
 /// Most commands that addresses have room for.
 const MOST_COMMANDS: usize = 1 << 16;
 /// Greatest depth of files that include each other.
-const DEEPEST: usize = 16;
+pub(super) const DEEPEST: usize = 16;
 /// Most `#include` lines that are followed, so that files that include each other many times over end with an error.
 const MOST_FILES: usize = 500;
 
@@ -88,6 +88,8 @@ pub struct Watched {
     /// The names of the source and of those that it includes, also where one of them does not exist; built-in files and a
     /// source without a name of its own are left out.
     pub files: Vec<PathBuf>,
+    /// Number of commands, with the STOP that was put at the end; where there are errors, of those that could be read.
+    pub used: usize,
 }
 
 /// Assembles a source, with those that it includes, for a product.
@@ -97,6 +99,7 @@ pub fn assemble_file(sources: &dyn Sources, path: &Path, settings: impl Into<Set
         Err(message) => Watched {
             result: Err(Diagnostics(vec![Diagnostic::without_location(message.into())])),
             files: vec![path.into()],
+            used: 0,
         },
     }
 }
@@ -128,6 +131,7 @@ fn assemble(sources: &dyn Sources, source: Source, settings: Settings) -> Watche
         constants: Pending::new(),
         commands: Pending::new(),
         no_stop: false,
+        stop_added: false,
         found: Vec::new(),
         errors: 0,
         open: Vec::new(),
@@ -137,6 +141,7 @@ fn assemble(sources: &dyn Sources, source: Source, settings: Settings) -> Watche
     assembler.read(Arc::new(source));
     assembler.evaluate();
     let commands = assembler.encode();
+    let used = assembler.commands.len() + usize::from(assembler.stop_added);
     if assembler.errors == 0 {
         assembler.check(&commands);
     }
@@ -149,7 +154,7 @@ fn assemble(sources: &dyn Sources, source: Source, settings: Settings) -> Watche
         0 => Ok(Assembly { commands, origin, symbols, lines, warnings: diagnostics, written }),
         _ => Err(diagnostics),
     };
-    Watched { result, files }
+    Watched { result, files, used }
 }
 
 /// Statements to be evaluated when all names are known, each with the index of its line in `Assembler::lines`.
@@ -166,6 +171,8 @@ struct Assembler<'a> {
     constants: Pending<(Name, Operand)>,
     commands: Pending<CommandLine>,
     no_stop: bool,
+    /// Whether STOP has been put at the end.
+    stop_added: bool,
     found: Vec<(usize, Diagnostic)>,
     errors: usize,
     /// The files that are being read, the outermost first.
@@ -298,10 +305,7 @@ impl Assembler<'_> {
         if self.files > MOST_FILES {
             return Err(format!("more than {MOST_FILES} files are included").into());
         }
-        // Sources written on Windows have backslashes in their paths.
-        let relative = name.replace('\\', "/");
-        let including = self.lines.get(line).and_then(|line| line.source.path.as_deref());
-        let path = including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative);
+        let path = beside(self.lines.get(line).and_then(|line| line.source.path.as_deref()), name);
         if !self.sources.exists(&path)
             && let Some(source) = self.product.and_then(|product| include::source(product.spec(), name))
         {
@@ -378,6 +382,7 @@ impl Assembler<'_> {
                 self.error(line, problem);
             }
             commands.push(stop);
+            self.stop_added = true;
         }
         commands
     }

@@ -16,20 +16,40 @@ pub const INTERRUPTS: &str = "Interrupts.inc";
 const KNOWN: &[(AxisParameter, &str)] = &[(AxisParameter::MaximumSpeed, "APMaxPositioningSpeed")];
 
 /// A constant of a built-in file, with a remark for its comment.
-struct Constant {
-    name: String,
-    number: u8,
-    note: String,
+pub(super) struct Constant {
+    pub(super) name: String,
+    pub(super) number: u8,
+    pub(super) note: String,
+    pub(super) subject: Subject,
+}
+
+/// What the number of a built-in constant is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Subject {
+    /// That of an axis parameter.
+    Axis(&'static Row),
+    /// That of a global parameter in bank 0.
+    Global(&'static Row),
+    /// That of an axis.
+    Motor,
+    /// That of an interrupt, with its parameter in bank 3 if it has one.
+    Interrupt(Option<&'static Row>),
 }
 
 impl Constant {
-    fn new(name: impl Into<String>, number: u8, note: impl Into<String>) -> Self {
-        Constant { name: name.into(), number, note: note.into() }
+    fn new(name: impl Into<String>, number: u8, note: impl Into<String>, subject: Subject) -> Self {
+        Constant { name: name.into(), number, note: note.into(), subject }
     }
 
-    fn of_row(name: impl Into<String>, row: &Row) -> Self {
-        Constant::new(name, row.number, row.name)
+    fn of_row(name: impl Into<String>, row: &'static Row, subject: fn(&'static Row) -> Subject) -> Self {
+        Constant::new(name, row.number, row.name, subject(row))
     }
+}
+
+/// The constants of all built-in files, each with the name of its file.
+pub(super) fn constants(spec: &Spec) -> impl Iterator<Item = (&'static str, Constant)> {
+    let with = |file: &'static str| move |constant| (file, constant);
+    parameters(spec).into_iter().map(with(PARAMETERS)).chain(interrupts(spec).into_iter().map(with(INTERRUPTS)))
 }
 
 /// The text of a built-in file for a product; `None` if no built-in file has this name. Upper and lower case are the
@@ -46,7 +66,7 @@ pub fn text(spec: &Spec, name: &str) -> Option<String> {
         return None;
     };
     let mut text = format!("// {title}\n");
-    for Constant { name, number, note } in &constants {
+    for Constant { name, number, note, .. } in &constants {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name} = {number} // {note}");
     }
@@ -58,7 +78,8 @@ pub(super) fn is_built_in(name: &str) -> bool {
     canonical(name).is_some()
 }
 
-fn canonical(name: &str) -> Option<&'static str> {
+/// The name of the built-in file that is meant. Upper and lower case are the same.
+pub(super) fn canonical(name: &str) -> Option<&'static str> {
     [PARAMETERS, INTERRUPTS].into_iter().find(|file| name.eq_ignore_ascii_case(file))
 }
 
@@ -71,17 +92,21 @@ pub(super) fn source(spec: &Spec, name: &str) -> Option<Source> {
 
 /// Name of the built-in file that defines a constant.
 pub(super) fn file_with(spec: &Spec, name: &str) -> Option<&'static str> {
-    let defines = |constants: Vec<Constant>| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
-    if defines(parameters(spec)) { Some(PARAMETERS) } else { defines(interrupts(spec)).then_some(INTERRUPTS) }
+    constants(spec).find(|(_, constant)| constant.name.eq_ignore_ascii_case(name)).map(|(file, _)| file)
 }
 
 fn parameters(spec: &Spec) -> Vec<Constant> {
     let axis = spec.axis.rows.iter().map(|parameter| {
         let known = KNOWN.iter().find(|(known, _)| *known == parameter.function).map(|(_, name)| (*name).to_string());
-        Constant::of_row(known.unwrap_or_else(|| short("AP", &parameter.function)), &parameter.row)
+        Constant::of_row(known.unwrap_or_else(|| short("AP", &parameter.function)), &parameter.row, Subject::Axis)
     });
-    let global = spec.global.rows.iter().map(|found| Constant::of_row(short("GP", &found.function), &found.row));
-    let motors = (0..spec.axes).map(|axis| Constant::new(format!("Motor{axis}"), axis, format!("axis {axis}")));
+    let global = spec
+        .global
+        .rows
+        .iter()
+        .map(|found| Constant::of_row(short("GP", &found.function), &found.row, Subject::Global));
+    let motors =
+        (0..spec.axes).map(|axis| Constant::new(format!("Motor{axis}"), axis, format!("axis {axis}"), Subject::Motor));
     axis.chain(global).chain(motors).collect()
 }
 
@@ -91,10 +116,10 @@ fn interrupts(spec: &Spec) -> Vec<Constant> {
             let name = format!("TI_{}{index}", numbered.name.to_uppercase().replace(' ', "_"));
             let parameter = numbered.parameter_name(index).map(|name| name.to_string());
             let note = parameter.unwrap_or_else(|| format!("{}, axis {index}", numbered.name));
-            Constant::new(name, numbered.number(index), note)
+            Constant::new(name, numbered.number(index), note, Subject::Interrupt(numbered.row.as_ref()))
         })
     });
-    let global = Constant::new("TI_GLOBAL", ALL_INTERRUPTS, "all interrupts together");
+    let global = Constant::new("TI_GLOBAL", ALL_INTERRUPTS, "all interrupts together", Subject::Interrupt(None));
     let mut all: Vec<Constant> = each.chain([global]).collect();
     all.sort_by_key(|constant| constant.number);
     all

@@ -32,6 +32,13 @@ impl Source {
     }
 }
 
+/// The path of a file that a file with this path includes under this name: it is beside that one.
+pub(super) fn beside(including: Option<&Path>, name: &str) -> PathBuf {
+    // Sources written on Windows have backslashes in their paths.
+    let relative = name.replace('\\', "/");
+    including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative)
+}
+
 /// A part of a line, in characters from the beginning of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Span {

@@ -6,6 +6,9 @@ use super::message::Message;
 use super::source::{Problem, Span};
 use super::token::{Kind, Token};
 
+/// The name that other assemblers have for command 0.
+pub(super) const NOP: &str = "NOP";
+
 /// A name and its part of the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Name {
@@ -75,7 +78,7 @@ pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> Message)
         }
         Kind::Name(name) => match Instruction::by_mnemonic(name) {
             Some(instruction) => Ok(Some(command(Head::Instruction(instruction), first.span, rest))),
-            None if name.eq_ignore_ascii_case("NOP") => Ok(Some(command(Head::Nop, first.span, rest))),
+            None if name.eq_ignore_ascii_case(NOP) => Ok(Some(command(Head::Nop, first.span, rest))),
             None => Err(Problem::new(first.span, unknown(name))),
         },
         Kind::Number(number) => Ok(Some(command(Head::Number(*number), first.span, rest))),

@@ -1,4 +1,4 @@
-//! Cuts the lines of a source into tokens and leaves out comments.
+//! Cuts the lines of a source into tokens, and tells where comments are.
 
 use super::message::Message;
 use super::source::{Problem, Span};
@@ -36,6 +36,8 @@ impl Token {
 pub(super) struct Lexer {
     /// Line number and span at which an unfinished comment began.
     comment: Option<(usize, Span)>,
+    /// The comments of the line that was cut last, and the parts of those that go over several lines.
+    comments: Vec<Span>,
 }
 
 impl Lexer {
@@ -45,9 +47,13 @@ impl Lexer {
         let characters: Vec<char> = text.chars().collect();
         let mut cursor = Cursor { characters: &characters, at: 0 };
         let mut tokens = Vec::new();
+        let mut comment = 0;
+        self.comments.clear();
         loop {
             if self.comment.is_some() {
-                if !cursor.skip_past_end_of_comment() {
+                let ends = cursor.skip_past_end_of_comment();
+                self.comments.push(Span::new(comment, cursor.at));
+                if !ends {
                     return (tokens, None);
                 }
                 self.comment = None;
@@ -55,8 +61,13 @@ impl Lexer {
             cursor.skip(char::is_whitespace);
             let start = cursor.at;
             match (cursor.peek(0), cursor.peek(1)) {
-                (None, _) | (Some('/'), Some('/')) => return (tokens, None),
+                (None, _) => return (tokens, None),
+                (Some('/'), Some('/')) => {
+                    self.comments.push(Span::new(start, characters.len()));
+                    return (tokens, None);
+                }
                 (Some('/'), Some('*')) => {
+                    comment = start;
                     cursor.at += 2;
                     self.comment = Some((number, Span::new(start, cursor.at)));
                 }
@@ -69,6 +80,16 @@ impl Lexer {
                 },
             }
         }
+    }
+
+    /// Whether a comment goes on in the next line.
+    pub(super) fn is_in_comment(&self) -> bool {
+        self.comment.is_some()
+    }
+
+    /// The comments of the line that was cut last.
+    pub(super) fn comments(&self) -> &[Span] {
+        &self.comments
     }
 
     /// The problem at the end of the file, with its line: a comment that does not end.
@@ -217,6 +238,7 @@ mod tests {
         assert_eq!(lexer.line(2, "not // this").0.len(), 0);
         let (tokens, _) = lexer.line(3, "to here */ 5 /*/ 6");
         assert_eq!(tokens, [Token { kind: Kind::Number(5), span: Span::new(11, 12) }]);
+        assert_eq!(lexer.comments(), [Span::new(0, 10), Span::new(13, 18)]);
         assert_eq!(lexer.finish().map(|(line, problem)| (line, problem.span)), Some((3, Span::new(13, 15))));
     }
 

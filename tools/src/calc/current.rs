@@ -12,18 +12,18 @@ use crate::product::Product;
 /// Units of current, each in milliamperes.
 const UNITS: [(&str, i128); 2] = [("A", 1_000), ("mA", 1)];
 /// The steps of the driver, and the numbers of a parameter that give the same step.
-const STEPS: i128 = 32;
-const EACH: i128 = 8;
+pub(super) const STEPS: i128 = 32;
+pub(super) const EACH: i128 = 8;
 /// The number of the full current.
-const FULL: i128 = 255;
+pub(super) const FULL: i128 = 255;
 
 /// What a module makes of a current.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Made {
+pub(super) struct Made {
     /// The number that is next to the current, as a fraction.
     wanted: Exact,
     /// The number that is written.
-    number: i128,
+    pub(super) number: i128,
     /// What the coils get, in amperes RMS.
     amperes: Exact,
 }
@@ -34,7 +34,7 @@ pub(super) fn units() -> impl Iterator<Item = (&'static str, Exact)> {
 }
 
 /// What a module whose full current is so many mA makes of a current in amperes.
-fn make(full: u32, wanted: Exact) -> Made {
+pub(super) fn make(full: u32, wanted: Exact) -> Made {
     let full = Exact::ratio(full.into(), 1_000);
     let share = wanted * full.inverse();
     let step = (share * Exact::whole(STEPS)).rounded().clamp(1, STEPS);
@@ -46,6 +46,18 @@ fn make(full: u32, wanted: Exact) -> Made {
     }
 }
 
+/// Fails for a current that the product does not have.
+pub(super) fn possible(product: Product, text: &str, wanted: Exact) -> Result<(), String> {
+    let (spec, most) = (product.spec(), Exact::ratio(product.kind().full_current.into(), 1_000));
+    if wanted.is_negative() {
+        return Err(format!("{text}: a current is not negative"));
+    }
+    if wanted.approximate() > most.approximate() {
+        return Err(format!("{text}: a current of a {} is at most {} A", spec.usb, most.shown()));
+    }
+    Ok(())
+}
+
 /// What a current of so many amperes RMS is, which the user has written as `text`.
 ///
 /// # Errors
@@ -53,12 +65,7 @@ fn make(full: u32, wanted: Exact) -> Made {
 pub(super) fn text(product: Product, text: &str, wanted: Exact) -> Result<String, String> {
     let (spec, full) = (product.spec(), product.kind().full_current);
     let most = Exact::ratio(full.into(), 1_000);
-    if wanted.is_negative() {
-        return Err(format!("{text}: a current is not negative"));
-    }
-    if wanted.approximate() > most.approximate() {
-        return Err(format!("{text}: a current of a {} is at most {} A", spec.usb, most.shown()));
-    }
+    possible(product, text, wanted)?;
     let made = make(full, wanted);
     let takes = spec.axis.rows.iter().map(|parameter| &parameter.row);
     let takes = takes.filter(|row| row.unit == Unit::Current && row.writable()).map(|row| format!("AP {}", row.number));

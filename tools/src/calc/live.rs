@@ -69,25 +69,38 @@ impl Live {
     /// # Errors
     /// A message about what is no speed of the axis.
     pub fn speed(self, text: &str) -> Result<i32, String> {
+        self.number(text, Quantity::Speed, "speed", "60 rpm")
+    }
+
+    /// The number of an acceleration, as [`Live::speed`] has that of a speed.
+    ///
+    /// # Errors
+    /// A message about what is no acceleration of the axis.
+    pub fn acceleration(self, text: &str) -> Result<i32, String> {
+        self.number(text, Quantity::Acceleration, "acceleration", "10 rps/s")
+    }
+
+    fn number(self, text: &str, quantity: Quantity, name: &str, example: &str) -> Result<i32, String> {
         let alone =
             !text.trim().is_empty() && text.trim().bytes().all(|byte| byte.is_ascii_digit() || b"+-.".contains(&byte));
-        let text = if alone { format!("{} {}", text.trim(), self.unit()) } else { text.trim().to_owned() };
+        let own = self.unit.name(quantity);
+        let text = if alone { format!("{} {own}", text.trim()) } else { text.trim().to_owned() };
         let values = value::read(self.axis.spec, std::slice::from_ref(&text))?;
         let [value] = values.as_slice() else {
-            return Err(format!("'{text}' is not one speed; write for example 60 rpm"));
+            return Err(format!("'{text}' is not one {name}; write for example {example}"));
         };
         let unit = value.meanings.iter().find_map(|meaning| match meaning {
-            Meaning::Motion(Quantity::Speed, unit) => Some(*unit),
+            Meaning::Motion(meant, unit) if *meant == quantity => Some(*unit),
             _ => None,
         });
-        let unit = unit.ok_or_else(|| format!("{text}: that is no speed; write for example 60 rpm"))?;
-        let made = self.axis.make(value, Quantity::Speed, unit)?;
+        let unit = unit.ok_or_else(|| format!("{text}: that is no {name}; write for example {example}"))?;
+        let made = self.axis.make(value, quantity, unit)?;
         let number = match made.written {
             (number, unit) if unit == self.unit => Some(number),
-            _ => self.axis.scale.number(Quantity::Speed, self.unit, made.actual).map(Exact::rounded),
+            _ => self.axis.scale.number(quantity, self.unit, made.actual).map(Exact::rounded),
         };
         let number = number.and_then(|number| i32::try_from(number).ok());
-        number.ok_or_else(|| format!("{text}: that is no number of {}", self.unit()))
+        number.ok_or_else(|| format!("{text}: that is no number of {own}"))
     }
 
     /// A speed of the axis in microsteps per second.

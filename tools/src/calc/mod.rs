@@ -1,10 +1,12 @@
 //! Speeds, accelerations, times and currents in all units of a product, and the way and time of moves.
 
+mod amperes;
 mod axis;
 mod course;
 mod current;
 mod exact;
 mod live;
+mod physical;
 mod ramp;
 mod scale;
 mod table;
@@ -13,10 +15,12 @@ mod value;
 
 use tmcm::param::AxisParameter;
 
+pub use self::amperes::Current;
 pub use self::axis::MOST_DIVIDED;
 use self::axis::{Axis, Made};
 use self::exact::Exact;
 pub use self::live::{Live, Settings};
+pub use self::physical::{Length, Physical};
 use self::scale::{Generator, Quantity, Scale, Unit};
 use self::table::Line;
 use self::value::{Meaning, Value};

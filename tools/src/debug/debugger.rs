@@ -13,7 +13,7 @@ use super::names::{Names, Parameter};
 use super::place;
 use super::quantity::Quantity;
 use super::register::{Register, state};
-use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, State, Stop, Told};
+use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, State, Stop, Told, View};
 use super::subroutine::depth_behind;
 use super::trouble::Trouble;
 use crate::conversation::{Conversation, Error};
@@ -114,7 +114,7 @@ impl Debugger {
                 Ok(self.all_breakpoints())
             }
             A::Delete(Some(typed)) => self.delete_breakpoint(&typed),
-            A::Registers => self.registers(module),
+            A::Registers => Ok(Told::Registers(self.all_registers(module)?)),
             A::Axes => {
                 let axes: Result<Vec<Axis>, Error> =
                     (0..self.axes(module)?).map(|number| self.axis(module, number)).collect();
@@ -125,7 +125,7 @@ impl Debugger {
                 Ok(Told::Values(vec![quantity.read(module)?]))
             }
             A::Set(typed) => self.set(module, &typed),
-            A::Watch(None) => self.all_watched(module),
+            A::Watch(None) => Ok(Told::Watched(self.watched_now(module)?)),
             A::Watch(Some(typed)) => self.watch(module, &typed),
             A::Unwatch(typed) => self.unwatch(module, typed.as_deref()),
             A::List(typed) => self.list(module, typed.as_deref()),
@@ -148,6 +148,23 @@ impl Debugger {
             RunState::Running => Ok(Told::Running),
             _ => Ok(Told::Halted(self.halt(module, Reason::Resting, state.counter)?)),
         }
+    }
+
+    /// All that there is to be seen at once.
+    ///
+    /// # Errors
+    /// The link fails.
+    pub fn view(&mut self, module: &mut Conversation) -> Result<View, Error> {
+        let registers = self.all_registers(module)?;
+        let used = self.names.used(&self.program);
+        let variables = used.iter().filter_map(|typed| Quantity::parse(typed, &self.names).ok());
+        let variables: Vec<Reading> = variables.map(|quantity| quantity.read(module)).collect::<Result<_, _>>()?;
+        let watched = self.watched_now(module)?;
+        let State { program, counter, .. } = registers.state;
+        let at = self.ended.unwrap_or(counter);
+        let next = (program != RunState::Running).then(|| self.row(at, Some(at)));
+        let breakpoints = self.breakpoints.keys().map(|address| self.stop(*address)).collect();
+        Ok(View { registers, variables, watched, breakpoints, next })
     }
 
     /// The state in which the module is left.
@@ -246,14 +263,14 @@ impl Debugger {
         Ok(Halt { reason, around, changed })
     }
 
-    fn registers(&mut self, module: &mut Conversation) -> Result<Told, Trouble> {
+    fn all_registers(&mut self, module: &mut Conversation) -> Result<Registers, Error> {
         let state = state(module)?;
         let accumulator = Register::Accumulator.read(module)?;
         let x = Register::X.read(module)?;
         let axes = Some(self.axes(module)?).filter(|axes| *axes > 1).unwrap_or_default();
         let positions: Result<Vec<i32>, Error> =
             (0..axes).map(|axis| module.axis(axis, AxisParameter::ActualPosition)).collect();
-        Ok(Told::Registers(Registers { state, accumulator, x, positions: positions? }))
+        Ok(Registers { state, accumulator, x, positions: positions? })
     }
 
     /// The number of the module's axes.
@@ -283,10 +300,8 @@ impl Debugger {
         Ok(Told::Values(vec![quantity.read(module)?]))
     }
 
-    fn all_watched(&self, module: &mut Conversation) -> Result<Told, Trouble> {
-        let readings: Result<Vec<Reading>, Error> =
-            self.watched.iter().map(|(quantity, _)| quantity.read(module)).collect();
-        Ok(Told::Watched(readings?))
+    fn watched_now(&self, module: &mut Conversation) -> Result<Vec<Reading>, Error> {
+        self.watched.iter().map(|(quantity, _)| quantity.read(module)).collect()
     }
 
     fn watch(&mut self, module: &mut Conversation, typed: &str) -> Result<Told, Trouble> {
@@ -305,7 +320,7 @@ impl Debugger {
         }
         match typed {
             Some(typed) if self.watched.len() == count => Err(Trouble::Mistake(format!("'{typed}' is not watched"))),
-            _ => self.all_watched(module),
+            _ => Ok(Told::Watched(self.watched_now(module)?)),
         }
     }
 

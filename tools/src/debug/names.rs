@@ -1,5 +1,7 @@
 //! The names that a user of the debugger can type: those of the program, and those of the product's parameters.
 
+use std::collections::BTreeSet;
+
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::asm::{self, Symbols};
@@ -34,13 +36,10 @@ pub(super) struct Names {
 impl Names {
     pub(super) fn of(program: &Program, product: Option<Product>) -> Self {
         let variables = program.at_addresses(0).filter_map(|(address, command)| {
-            let is_variable = match Opcode::from_number(command.opcode)? {
-                Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp => command.motor == VARIABLES,
-                _ => false,
-            };
-            let name = asm::first_operand(&program.line(address).filter(|_| is_variable)?.text)?;
-            let constant = program.symbols.value(&name) == Some(command.kind.into());
-            constant.then_some((name, command.kind))
+            let number = variable(command)?;
+            let name = asm::first_operand(&program.line(address)?.text)?;
+            let constant = program.symbols.value(&name) == Some(number.into());
+            constant.then_some((name, number))
         });
         Names { product, symbols: program.symbols.clone(), variables: variables.collect() }
     }
@@ -66,6 +65,15 @@ impl Names {
     pub(super) fn variable(&self, name: &str) -> Option<(&str, u8)> {
         let found = self.variables.iter().find(|(variable, _)| variable.eq_ignore_ascii_case(name));
         found.map(|(name, number)| (name.as_str(), *number))
+    }
+
+    /// The user variables of a program, each as it can be typed: by its name, or by its number.
+    pub(super) fn used(&self, program: &Program) -> Vec<String> {
+        let numbers = program.at_addresses(0).filter_map(|(_, command)| variable(command));
+        let numbers: BTreeSet<u8> = numbers.collect();
+        let named =
+            |number| self.variables.iter().find(|(_, variable)| *variable == number).map(|(name, _)| name.clone());
+        numbers.into_iter().map(|number| named(number).unwrap_or_else(|| format!("variable {number}"))).collect()
     }
 
     /// True for a label or constant of the program. Upper and lower case are the same.
@@ -103,6 +111,15 @@ impl Names {
     }
 }
 
+/// The number of the user variable that a command is about.
+fn variable(command: Command) -> Option<u8> {
+    let is_global = matches!(
+        Opcode::from_number(command.opcode)?,
+        Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp
+    );
+    (is_global && command.motor == VARIABLES).then_some(command.kind)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -119,6 +136,9 @@ mod tests {
             names("Count = 10\nOther = 11\nPort = 2\nLoop: GGP Count, 2 // Count\nSIO Other, Port, 1\nJA Loop\n");
         assert_eq!(names.variable("COUNT"), Some(("Count", 10)));
         assert_eq!((names.variable("Other"), names.variable("Loop")), (None, None));
+        let program =
+            assemble_text("test", "Count = 10\nGGP Count, 2\nSGP 3, 2, 5\nAGP 3, 2\nSGP 4, 0, 1", None).unwrap();
+        assert_eq!(names.used(&program.into()), ["variable 3", "Count"]);
         assert_eq!((names.value("Count + 1"), names.number("$FFFFFFFF")), (Ok(11), Ok(-1)));
     }
 

@@ -151,6 +151,21 @@ pub struct Stop {
     pub condition: Option<String>,
 }
 
+/// All that there is to be seen of a program at once.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct View {
+    /// The registers.
+    pub registers: Registers,
+    /// The user variables that the program uses.
+    pub variables: Vec<Reading>,
+    /// What is watched.
+    pub watched: Vec<Reading>,
+    /// The breakpoints.
+    pub breakpoints: Vec<Stop>,
+    /// The next command, or the one with which the program has ended; `None` while the program runs.
+    pub next: Option<Row>,
+}
+
 /// What an action of the user leads to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -4,13 +4,7 @@ use tmcm::param::AxisParameter;
 
 use super::column::{Column, Usual};
 use crate::product::{Product, numbers, speed_unit, symbol};
-
-/// Names of the driver's error flags (axis parameter 208), from bit 0 on.
-const DRIVER_FLAGS: [&str; 10] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB", "STST", "S2VSA", "S2VSB"];
-/// The driver flag that is no error: the motor stands.
-const STANDSTILL: i32 = 1 << 7;
-/// Names of the extended error flags (axis parameter 207), from bit 0 on.
-const EXTENDED_FLAGS: [&str; 2] = ["stall", "deviation"];
+use crate::status::{DRIVER_FLAGS, EXTENDED_FLAGS, STANDSTILL};
 
 /// What stands for axes that are left out.
 const DOTS: &str = "...";

@@ -63,28 +63,50 @@ pub fn hint(error: &Error, setting: Setting, product: Option<Product>) -> String
     row.map_or_else(String::new, |row| format!("; {} takes {}", row.name, range(row)))
 }
 
+/// Why a setting cannot be stored on command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unstored {
+    /// Only the first user variables can be.
+    Variable,
+    /// No parameters of this bank can be.
+    Bank(u8),
+    /// The product does not store parameters of its axes.
+    Axes,
+    /// The parameter has no place in the EEPROM.
+    Volatile,
+}
+
+/// Why a product cannot store a setting; `None` if it can.
+pub fn unstored(setting: Setting, product: Option<Product>) -> Option<Unstored> {
+    match setting {
+        Setting::Global { bank: VARIABLES, number, .. } if usize::from(number) >= STORED_USER_VARIABLES => {
+            Some(Unstored::Variable)
+        }
+        Setting::Global { bank: 0 | VARIABLES, .. } => None,
+        Setting::Global { bank, .. } => Some(Unstored::Bank(bank)),
+        Setting::Axis { .. } if !stores_axes(product) => Some(Unstored::Axes),
+        _ if setting.row(product).is_some_and(|row| !row.stored()) => Some(Unstored::Volatile),
+        _ => None,
+    }
+}
+
 /// Fails for a parameter that the product cannot store.
 ///
 /// # Errors
 /// The message for the user.
 pub fn storable(setting: Setting, product: Option<Product>) -> Result<(), String> {
     let name = setting.row(product).map_or_else(|| setting.read().to_string(), |row| row.name.into());
-    match setting {
-        Setting::Global { bank: VARIABLES, number, .. } if usize::from(number) >= STORED_USER_VARIABLES => {
+    let Some(unstored) = unstored(setting, product) else { return Ok(()) };
+    Err(match unstored {
+        Unstored::Variable => {
             let last = STORED_USER_VARIABLES - 1;
-            Err(format!("{name}: only user variables 0 to {last} can be stored; leave out --store"))
+            format!("{name}: only user variables 0 to {last} can be stored; leave out --store")
         }
-        Setting::Global { bank: 0 | VARIABLES, .. } => Ok(()),
-        Setting::Global { bank, .. } => {
-            Err(format!("{name}: parameters of bank {bank} cannot be stored; leave out --store"))
-        }
-        Setting::Axis { .. } if !stores_axes(product) => Err(format!(
+        Unstored::Bank(bank) => format!("{name}: parameters of bank {bank} cannot be stored; leave out --store"),
+        Unstored::Axes => format!(
             "{name}: this module does not store parameters of its axes; leave out --store, and keep them in a file (tmcl \
              params LINK save FILE)"
-        )),
-        _ if setting.row(product).is_some_and(|row| !row.stored()) => {
-            Err(format!("{name}: this parameter cannot be stored; leave out --store"))
-        }
-        _ => Ok(()),
-    }
+        ),
+        Unstored::Volatile => format!("{name}: this parameter cannot be stored; leave out --store"),
+    })
 }

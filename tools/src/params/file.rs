@@ -10,7 +10,7 @@ const COMMENT: &str = "//";
 /// Begins the first line of a file, in front of what the module is whose settings these are.
 pub(super) const TITLE: &str = "// Settings of a module ";
 /// Bank of the user variables.
-pub(super) const VARIABLES: u8 = 2;
+pub const VARIABLES: u8 = 2;
 
 /// A setting of a module and its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

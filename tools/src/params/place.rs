@@ -6,7 +6,7 @@ use crate::conversation::{Conversation, Error};
 use crate::product::Product;
 
 /// Bank of the parameters of interrupts.
-const INTERRUPTS: u8 = 3;
+pub const INTERRUPTS: u8 = 3;
 
 /// The axis or the bank that is meant, from the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -17,12 +17,19 @@ use crate::stop::Stop;
 /// # Errors
 /// They are, or the link fails.
 pub fn check(module: &mut Conversation, settings: &Settings, name: &str) -> Result<(), Failure> {
-    let here = module.identity()?.number;
-    match settings.product {
-        Some(there) if there != here => Err(Failure::Failed(format!(
+    check_number(module.identity()?.number, settings.product, name).map_err(Failure::Failed)
+}
+
+/// Fails if settings of the product with the number `there`, which have this name, are not those of the product `here`.
+///
+/// # Errors
+/// The message for the user.
+pub fn check_number(here: u16, there: Option<u16>, name: &str) -> Result<(), String> {
+    match there {
+        Some(there) if there != here => Err(format!(
             "{name} has the settings of a TMCM-{there}, and this module is a TMCM-{here}: the same number may mean \
-                 something else there. To write them all the same, take the line \"{TITLE}{there}...\" out of the file"
-        ))),
+             something else there. To write them all the same, take the line \"{TITLE}{there}...\" out of the file"
+        )),
         _ => Ok(()),
     }
 }
@@ -54,6 +61,15 @@ pub struct Restored {
 }
 
 impl Restored {
+    /// What the module has refused of a setting.
+    pub fn refusal(&self, setting: Setting, product: Option<Product>) -> Option<&Error> {
+        let commands = [Some(setting.write()), setting.store(product)];
+        self.refused.iter().find(|error| match error {
+            Error::Refused { command, .. } => commands.contains(&Some(*command)),
+            _ => false,
+        })
+    }
+
     /// The same in words, in lines.
     pub fn text(&self) -> String {
         let stored = match self.stored {

@@ -1,11 +1,13 @@
 //! Reading a module's settings.
 
-use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED_USER_VARIABLES};
+use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 
+use super::each::read_each;
+use super::entry::{is_axis_setting, is_global_setting};
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
-use crate::product::{Product, numbers, stores_axes};
+use crate::product::{Product, numbers};
 use crate::progress::Progress;
 use crate::stop::Stop;
 
@@ -85,19 +87,9 @@ pub fn values(
     stop: &dyn Stop,
     progress: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Setting>, Failure> {
-    let total = settings.len();
-    let what = format!("reading {total} settings");
-    let mut reach = |done| progress(Progress { what: &what, done, total });
-    reach(0);
-    let mut read = Vec::new();
-    for (done, setting) in (1..).zip(settings) {
-        if stop.happened() {
-            return Err(stop.interrupted(""));
-        }
-        read.extend(value(module, *setting)?.map(|value| setting.with(value)));
-        reach(done);
-    }
-    Ok(read)
+    let read = read_each(module, settings, stop, progress)?;
+    let read = settings.iter().zip(read).filter_map(|(setting, read)| Some(setting.with(read.ok()?)));
+    Ok(read.collect())
 }
 
 fn count(sections: &[Section]) -> usize {
@@ -113,23 +105,16 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
     }
 }
 
-/// The settings to save of a module of this product, with `axes` axes. A parameter is a setting if it can be written
-/// and stored; the others are live values. Where axis parameters cannot be stored, those that keep what is written are
-/// settings.
+/// The settings to save of a module of this product, with `axes` axes.
 fn sections(product: Option<Product>, axes: u8) -> Vec<Section> {
     let spec = numbers(product);
-    let kept = |found: &Parameter<AxisParameter>| match stores_axes(product) {
-        true => found.row.stored(),
-        false => found.function.index() < AxisParameter::SETTINGS,
-    };
-    let globals = spec.global.rows.iter().filter(|found| found.function != GlobalParameter::CodeProtection);
-    let globals = globals.map(|found| &found.row).filter(|row| row.writable() && row.stored());
+    let globals = spec.global.rows.iter().filter(|found| is_global_setting(found)).map(|found| &found.row);
     let globals = globals.map(|row| Setting::Global { number: row.number, bank: 0, value: 0 });
     let (interface, globals) = globals.partition(|setting| setting.is_interface(product));
 
     let mut sections = Vec::new();
     for axis in 0..axes {
-        let rows = spec.axis.rows.iter().filter(|found| found.row.writable() && kept(found));
+        let rows = spec.axis.rows.iter().filter(|found| is_axis_setting(found, product));
         let settings = rows.map(|found| Setting::Axis { number: found.row.number, axis, value: 0 }).collect();
         sections.push(Section { heading: format!("Axis {axis}"), settings });
     }

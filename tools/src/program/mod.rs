@@ -5,12 +5,14 @@ pub mod binary;
 mod download;
 mod end;
 mod target;
+mod there;
 mod transfer;
 
 pub use address::address;
 pub use download::{download, explain, is_readable, verify};
 pub use end::{end, goes_on};
 pub use target::target;
+pub use there::{There, there};
 pub use transfer::{Done, Transfer, fits, transfer};
 
 use serde::Serialize;

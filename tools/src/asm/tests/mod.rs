@@ -1,5 +1,6 @@
 //! Tests of the assembler as a whole.
 
+mod editors;
 mod language;
 mod manual;
 mod random;
@@ -16,11 +17,13 @@ use crate::sources::Texts;
 
 /// The commands of a source, which must assemble.
 fn assembled(source: &str) -> Assembly {
+    editors::agree(source);
     assemble_text("test.tmc", source, Some(Product::Tmcm1140)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// The diagnostics of a source that cannot be assembled.
 fn errors(source: &str) -> String {
+    editors::agree(source);
     assemble_text("test.tmc", source, Some(Product::Tmcm1140)).expect_err("errors").to_string()
 }
 
