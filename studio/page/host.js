@@ -6,6 +6,8 @@ import { Link } from './link.js';
 import { SerialSource } from './serial.js';
 import { VirtualSource } from './virtual.js';
 
+/** How long the reply to a request of the page is waited for, in milliseconds. */
+const SEND_TIMEOUT = 1000;
 /** Time between two attempts to open a link that was lost, in milliseconds. */
 const AGAIN = 1000;
 
@@ -63,10 +65,14 @@ export class Host {
         }
         if (asked.stop) {
             void link.stop();
-        } else if (asked.sample === true) {
-            void link.sample();
-        } else if (asked.sample === false) {
-            link.rest();
+        } else if (asked.watch) {
+            link.sampler.watch(asked.watch);
+        } else if (asked.unwatch !== undefined) {
+            link.sampler.unwatch(asked.unwatch);
+        } else if (asked.send) {
+            return link.request({ request: asked.send, timeout: SEND_TIMEOUT });
+        } else if (asked.log) {
+            return { text: link.takeLog() };
         } else if (asked.control !== undefined) {
             return link.control(asked.control);
         }

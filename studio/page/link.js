@@ -1,5 +1,7 @@
 // A link to a module: one exchange at a time. STOP comes before all else, and requests before samples.
 
+import { Sampler } from './sampler.js';
+
 /** @typedef {import('./types.js').Request} Request */
 /** @typedef {import('./types.js').Outcome} Outcome */
 
@@ -8,7 +10,10 @@
  * @typedef {object} Source
  * @property {number} late how long after the end of its time a reply may come and be taken for another one's, in milliseconds
  * @property {(request: Request, timeout: number) => Promise<Outcome>} exchange
- * @property {(columns: import('./types.js').Column[]) => (number | null)[]} [look] looks at values without a telegram
+ * @property {(texts: string[]) => import('./types.js').SampleRow} [look] looks at curves without a telegram
+ * @property {(texts: string[], hear: (rows: import('./types.js').SampleRow[]) => void) => void} [watch] gives a row for each
+ *     millisecond
+ * @property {boolean} [paused] its time does not go by itself
  * @property {(line: string) => Promise<string>} control
  * @property {() => Promise<void>} close
  */
@@ -24,10 +29,8 @@ const STOP_TIMEOUT = 300;
 const SAMPLE_TIMEOUT = 1000;
 /** Time between two attempts of a STOP that is not answered, in which requests go on. */
 const AGAIN = 250;
-/** Time between two rows of samples. */
-const ROW = 20;
-/** Time between two portions of rows for the page. */
-const PORTION = 100;
+/** Most characters of the log that wait for the page. */
+const MOST_LOGGED = 1_000_000;
 
 /** @param {number} milliseconds */
 const sleep = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
@@ -62,15 +65,13 @@ export class Link {
         this.download = undefined;
         /** What the tools were at when STOP was pressed is not carried on: until they begin with something else. */
         this.refuses = false;
-        /** @type {import('./types.js').Column[]} */
-        this.columns = [];
-        /** @type {{ at: number, values: (number | null)[] }[]} */
-        this.rows = [];
-        this.sampling = false;
         this.stopping = false;
         this.pressed = false;
         /** @type {(() => void) | undefined} */
         this.wake = undefined;
+        this.sampler = new Sampler(this, tell);
+        /** What has gone over the link since somebody has taken it. */
+        this.logged = '';
     }
 
     async #work() {
@@ -121,11 +122,13 @@ export class Link {
                 }
                 try {
                     begin();
+                    const begun = performance.now();
                     const outcome = this.open ? await this.source.exchange(request, timeout) : { lost: 'the link is closed' };
                     if (typeof outcome === 'object' && !('reply' in outcome)) {
                         this.settled = performance.now() + this.source.late;
                     }
                     resolve(outcome);
+                    this.#log(request, begun, outcome);
                 } catch (error) {
                     resolve({ lost: error instanceof Error ? error.message : String(error) });
                 }
@@ -133,6 +136,27 @@ export class Link {
             this.jobs[rank].push({ run, drop: () => resolve('interrupted') });
             void this.#work();
         });
+    }
+
+    /**
+     * @param {Request | null} request null for what has come without being asked for
+     * @param {number} begun
+     * @param {Outcome} outcome
+     */
+    #log(request, begun, outcome) {
+        const exchanged = { product: this.axes.product, is_virtual: this.source.look !== undefined, request, begun, outcome };
+        this.logged += this.doors.ask('log_note', { ...exchanged, ended: performance.now() }).text;
+        // The page takes it several times a second; where it cannot, the latest is kept.
+        if (this.logged.length > MOST_LOGGED) {
+            this.logged = this.logged.slice(this.logged.indexOf('\n', MOST_LOGGED / 2) + 1);
+        }
+    }
+
+    /** What has gone over the link since the last call, in lines. */
+    takeLog() {
+        const { logged } = this;
+        this.logged = '';
+        return logged;
     }
 
     /**
@@ -229,52 +253,14 @@ export class Link {
         this.wake = undefined;
     }
 
-    /** Reads the values of the module's axes again and again from now on. */
-    async sample() {
-        this.columns = this.doors.ask('sample_columns', this.axes).columns;
-        this.tell({ columns: this.columns });
-        if (this.sampling) {
-            return;
-        }
-        this.sampling = true;
-        let told = performance.now();
-        while (this.open && this.columns.length > 0) {
-            const columns = this.columns;
-            if (this.download) {
-                await sleep(ROW);
-                continue;
-            }
-            const at = performance.now();
-            const values = this.source.look?.(columns) ?? (await this.#values(columns));
-            if (columns === this.columns) {
-                this.rows.push({ at, values });
-            }
-            if (performance.now() - told >= PORTION && this.rows.length > 0) {
-                told = performance.now();
-                this.tell({ rows: this.rows });
-                this.rows = [];
-            }
-            await sleep(ROW);
-        }
-        this.sampling = false;
-    }
-
     /**
-     * The values of columns, one telegram each.
-     * @param {import('./types.js').Column[]} columns
+     * The value that a request reads, behind all others; null if there is none.
+     * @param {Request} request
+     * @returns {Promise<number | null>}
      */
-    async #values(columns) {
-        const values = [];
-        for (const { request } of columns) {
-            const outcome = await this.#exchange(SAMPLE, request, SAMPLE_TIMEOUT);
-            values.push(this.doors.ask('sample_value', { request, outcome }).value);
-        }
-        return values;
-    }
-
-    /** No more samples. */
-    rest() {
-        this.columns = [];
+    async sample(request) {
+        const outcome = await this.#exchange(SAMPLE, request, SAMPLE_TIMEOUT);
+        return this.doors.ask('scope_value', { request, outcome }).value;
     }
 
     /**
@@ -287,7 +273,7 @@ export class Link {
 
     /** Stops what this page has set in motion, and closes the link. */
     async leave() {
-        this.rest();
+        this.sampler.end();
         this.refuses = true;
         this.#drop(REQUEST);
         const stops = [...this.moved.values()];

@@ -30,7 +30,55 @@ export class Session {
         this.jobs = new Set();
         /** This page has set something in motion, as far as the link knows. */
         this.moved = false;
+        /** Who watches curves, by the number of the watcher.
+         * @type {Map<number, { rows: (rows: import('./types.js').SampleRow[]) => void, rate: (rate: number) => void }>} */
+        this.watchers = new Map();
+        this.lastWatcher = 0;
         this.#startTools();
+        this.#startPure();
+    }
+
+    /** The worker of doors that need no module. */
+    #startPure() {
+        const made = worker('pure-worker.js');
+        const port = new Port(made, (told) => {
+            if (told.dead !== undefined) {
+                made.terminate();
+                port.endAll(told.dead);
+                this.#startPure();
+            }
+        });
+        made.onmessage = ({ data }) => port.take(data);
+        made.onerror = (event) => port.tell({ dead: event.message ?? 'the tables could not be loaded' });
+        made.postMessage({ module: this.module });
+        this.pure = port;
+    }
+
+    /**
+     * Asks at a door that needs no module.
+     * @param {string} door
+     * @param {object} asked
+     */
+    look(door, asked = {}) {
+        return /** @type {Port} */ (this.pure).ask({ door, asked }).answer;
+    }
+
+    /**
+     * Watches curves of the module until the function is called that this gives.
+     * @param {import('./types.js').Curve[]} curves
+     * @param {boolean} every whether each row that can be had is wanted
+     * @param {(rows: import('./types.js').SampleRow[]) => void} rows
+     * @param {(rate: number) => void} rate takes how many rows a second there are
+     */
+    watch(curves, every, rows, rate = () => undefined) {
+        this.lastWatcher += 1;
+        const id = this.lastWatcher;
+        this.watchers.set(id, { rows, rate });
+        this.ask({ watch: { id, curves, every } }).catch(() => undefined);
+        return () => {
+            this.watchers.delete(id);
+            this.ask({ unwatch: id }).catch(() => undefined);
+        };
     }
 
     #startTools() {
@@ -60,6 +108,11 @@ export class Session {
         }
         if (told.moved !== undefined) {
             this.moved = told.moved;
+            return;
+        }
+        if (told.watcher !== undefined) {
+            const watcher = this.watchers.get(told.watcher);
+            told.rows ? watcher?.rows(told.rows) : watcher?.rate(told.rate);
             return;
         }
         if (told.opened) {
@@ -113,6 +166,7 @@ export class Session {
      */
     async #open(wanted, address) {
         this.#endJobs();
+        this.watchers.clear();
         await this.#leave();
         this.address = address;
         if (canSuspend) {

@@ -7,14 +7,20 @@
 export class VirtualSource {
     /**
      * @param {import('./doors.js').Doors} doors
-     * @param {string} product
+     * @param {import('./types.js').Start} start
      * @param {(told: any) => void} tell
      */
-    constructor(doors, product, tell) {
+    constructor(doors, start, tell) {
         this.doors = doors;
         this.tell = tell;
         /** Each reply has the number of its request. */
         this.late = 0;
+        /** Takes the rows that are watched.
+         * @type {(rows: import('./types.js').SampleRow[]) => void} */
+        this.rows = () => undefined;
+        this.paused = false;
+        this.powered = true;
+        this.starts = 0;
         /** @type {Map<number, (outcome: Outcome) => void>} */
         this.asked = new Map();
         /** @type {((line: string) => void)[]} */
@@ -22,7 +28,7 @@ export class VirtualSource {
         this.open = true;
         /** @type {ReturnType<typeof setTimeout> | undefined} */
         this.timer = undefined;
-        doors.ask('virtual_start', { product });
+        doors.ask('virtual_start', start);
         this.#turn();
     }
 
@@ -53,6 +59,16 @@ export class VirtualSource {
             const waits = line.startsWith('{"ok"') ? this.lines.shift() : undefined;
             waits ? waits(line) : this.tell({ line });
         }
+        this.paused = turn.paused;
+        if ((turn.powered && !this.powered) || turn.starts !== this.starts) {
+            // It knows nothing any more of what was not stored.
+            this.tell({ opened: true });
+        }
+        this.powered = turn.powered;
+        this.starts = turn.starts;
+        if (turn.rows.length > 0) {
+            this.rows(turn.rows);
+        }
         turn.messages.forEach((message) => this.tell({ message }));
         return turn.nap;
     }
@@ -82,12 +98,22 @@ export class VirtualSource {
     }
 
     /**
-     * Values that are looked at without letting time pass.
-     * @param {import('./types.js').Column[]} columns
-     * @returns {(number | null)[]}
+     * Values of curves, which are looked at without letting time pass.
+     * @param {string[]} texts
+     * @returns {import('./types.js').SampleRow}
      */
-    look(columns) {
-        return this.doors.ask('virtual_look', { columns }).values;
+    look(texts) {
+        return this.doors.ask('virtual_look', { texts });
+    }
+
+    /**
+     * A row of curves for each millisecond from now on.
+     * @param {string[]} texts
+     * @param {(rows: import('./types.js').SampleRow[]) => void} hear
+     */
+    watch(texts, hear) {
+        this.rows = hear;
+        this.doors.ask('virtual_watch', { texts });
     }
 
     /**

@@ -12,12 +12,13 @@ use serde::de::DeserializeOwned;
 use tmcl_tools::failure::Failure;
 use tmcl_tools::progress::Progress as Told;
 
+use crate::log::Log;
 use crate::page::{Calls, PageStop, PageWire};
 use crate::serial::SerialPort;
 use crate::tools::Tools;
 use crate::types::{Answer, Nothing, Progress};
 use crate::virtual_module::Virtual;
-use crate::{sample, stop, tools};
+use crate::{language, parameters, scope, status, stop, tools};
 
 /// What a door gives.
 type Given<T> = Result<T, Failure>;
@@ -33,6 +34,7 @@ thread_local! {
     static PROGRESS: RefCell<Progress> = RefCell::default();
     static VIRTUAL: RefCell<Option<Virtual>> = const { RefCell::new(None) };
     static SERIAL: RefCell<SerialPort> = RefCell::default();
+    static LOG: RefCell<Log> = RefCell::default();
     static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
     static IS_READY: Cell<bool> = const { Cell::new(false) };
 }
@@ -130,23 +132,36 @@ doors! {
     /// Lets time pass for the virtual module, up to the present.
     virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&imports::time));
     /// Values of the virtual module, which are looked at without letting time pass.
-    virtual_look: |columns| with_virtual(|module| module.look(&columns));
+    virtual_look: |watched| with_virtual(|module| module.look(&watched));
+    /// Makes a row of values of the virtual module at each of its milliseconds from now on.
+    virtual_watch: |watched| with_virtual(|module| module.watch(&watched));
     /// The bytes of a request on a serial port.
     serial_ask: |request| SERIAL.with_borrow_mut(|port| port.ask(request)).map_err(Failure::Failed);
     /// Takes bytes of a serial port.
     serial_take: |bytes| Ok(SERIAL.with_borrow_mut(|port| port.take(&bytes)));
     /// How a request on a serial port ends whose time is over.
     serial_give_up: |nothing| Ok(SERIAL.with_borrow_mut(|port| port.give_up(nothing)));
+    /// The lines of an exchange in the log of a link.
+    log_note: |exchanged| Ok(LOG.with_borrow_mut(|log| log.note(&exchanged)));
     /// What stops a module.
     stop_requests: |axes| Ok(stop::requests(&axes));
     /// What a link has to know of a request.
     stop_noted: |moved| Ok(stop::noted(&moved));
     /// What is left to be sent after a request that stops something.
     stop_left: |read| Ok(stop::left(&read));
-    /// Values of a module that are read again and again.
-    sample_columns: |axes| Ok(sample::columns(&axes));
+    /// The curves that a module has.
+    scope_offers: |curves| Ok(scope::offers(&curves));
+    /// The curves that are wanted.
+    scope_curves: |wanted| {
+        let curves = scope::curves(&wanted).map_err(Failure::Failed)?;
+        Ok(scope::Offers { curves, usual: Vec::new() })
+    };
+    /// Curves of requests.
+    scope_requests: |shown| Ok(scope::of_requests(&shown));
+    /// What is always shown of each axis.
+    scope_axes: |axes| Ok(scope::axes_of(&axes));
     /// The value of a reply.
-    sample_value: |read| Ok(sample::value(&read));
+    scope_value: |read| Ok(scope::value(&read));
     /// Brings the tools to a module.
     tools_connect: |reach| {
         TOOLS.set(Some(Tools::connect(Box::new(PageWire::new(CALLS)), PageStop(CALLS), &reach)));
@@ -158,8 +173,58 @@ doors! {
     tools_send: |line| with_tools(|tools| tools.send(&line));
     /// Reads all settings.
     tools_settings: |nothing| with_tools(|tools| tools.settings(nothing, &mut note));
+    /// What the module has where a program is to go.
+    program_in_the_way: |program| with_tools(|tools| tools.in_the_way(&program, &mut note));
     /// Assembles a program, loads it, and gives it to the debugger.
-    tools_load: |program| with_tools(|tools| tools.load(&program, &mut note));
+    program_load: |load| with_tools(|tools| tools.load(&load, &mut note));
+    /// Gives a program to the debugger that is in the module already.
+    program_attach: |program| with_tools(|tools| tools.attach(&program, &mut note));
+    /// Carries a line of the debugger out.
+    program_debug: |line| with_tools(|tools| tools.act(&line, &mut note));
+    /// What there is to be seen of the program that is debugged.
+    program_see: |nothing| with_tools(|tools| tools.see(nothing));
+    /// Runs the program in the module, stops it, or brings it back to its beginning.
+    program_control: |control| with_tools(|tools| tools.control(control));
+    /// The program in the module, as a text.
+    program_read: |nothing| with_tools(|tools| tools.read_back(nothing, &mut note));
+    /// What there is to be read of inputs, outputs and axes, and how outputs are switched.
+    status_requests: |axes| Ok(status::requests(&axes));
+    /// What there is to say of an axis.
+    status_words: |values| Ok(status::words(&values));
+    /// Values of inputs and outputs as they are shown.
+    status_readings: |read| Ok(status::readings(&read));
+    /// Reads what has stopped the motor of an axis, which clears it.
+    status_errors: |of| with_tools(|tools| tools.status_errors(&of));
+    /// The parts of a text, its mistakes, and what it has.
+    text_check: |asked| language::check(asked).map_err(Failure::Failed);
+    /// What can be written at a place in a text.
+    text_complete: |asked| language::complete(asked).map_err(Failure::Failed);
+    /// What stands at a place in a text.
+    text_explain: |asked| language::explain(asked).map_err(Failure::Failed);
+    /// What can be written at a place in a line of direct mode.
+    line_complete: |asked| Ok(language::complete_line(&asked));
+    /// The tables of a product's parameters.
+    parameters: |of| Ok(parameters::tables(&of));
+    /// What is in a file of parameters.
+    parameters_file: |file| parameters::file(&file);
+    /// What storing parameters takes.
+    parameters_writes: |store| Ok(parameters::words::writes(&store));
+    /// What has to be known before parameters are written.
+    parameters_automatic: |to| Ok(parameters::words::automatic(&to));
+    /// What has to be known before a line of direct mode is sent.
+    parameters_typed: |line| Ok(parameters::words::typed(&line));
+    /// Values of parameters as they are shown.
+    parameters_units: |show| parameters::texts(&show);
+    /// The value that was typed for a parameter.
+    parameters_number: |typed| parameters::number(&typed);
+    /// Reads parameters.
+    parameters_read: |meant| with_tools(|tools| tools.read_parameters(&meant, &mut note));
+    /// Writes parameters.
+    parameters_write: |write| with_tools(|tools| tools.write_parameters(&write, &mut note));
+    /// Stores parameters.
+    parameters_store: |meant| with_tools(|tools| tools.store_parameters(&meant, &mut note));
+    /// Writes lines of a file of parameters.
+    parameters_restore: |restore| with_tools(|tools| tools.restore_parameters(&restore, &mut note));
     /// How far the job has got that is under way.
     progress: |Nothing {}| Ok(PROGRESS.with_borrow(Clone::clone));
 }
@@ -299,13 +364,13 @@ mod tests {
 
     #[test]
     fn a_virtual_module_is_behind_its_doors() {
-        assert_eq!(ask(virtual_start, r#"{"product":"3212"}"#)["ok"]["product"], "3212");
+        assert_eq!(ask(virtual_start, r#"{"product":"3212","world":null}"#)["ok"]["product"], "3212");
         let asked = json!({ "address": 1, "opcode": 6, "kind": 1, "motor": 0, "value": 0 });
         assert_eq!(ask(virtual_ask, &asked.to_string())["ok"]["ticket"], 1);
         ask(virtual_control, r#"{"line":"state"}"#);
         let turn = ask(virtual_turn, "{}");
         assert!(turn["ok"]["lines"][0].as_str().unwrap().starts_with(r#"{"ok":true"#), "{turn}");
-        assert!(ask(virtual_start, r#"{"product":"9"}"#)["error"].is_string());
+        assert!(ask(virtual_start, r#"{"product":"9","world":null}"#)["error"].is_string());
     }
 
     #[test]
@@ -313,5 +378,27 @@ mod tests {
         ask(tools_connect, r#"{"address":1,"timeout":100}"#);
         let told = ask(tools_identify, "{}");
         assert!(told["error"].as_str().is_some_and(|words| words.contains("no reply")), "{told}");
+    }
+
+    #[test]
+    fn texts_are_looked_at_without_a_module() {
+        let texts = json!([{ "name": "a.tmc", "text": "Loop: JA Lop" }]);
+        let asked = |more: Value| {
+            let mut asked = json!({ "texts": texts, "main": "a.tmc", "product": "1140" });
+            asked.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+            asked.to_string()
+        };
+        let told = ask(text_check, &asked(json!({})));
+        assert_eq!(told["ok"]["messages"][0]["advice"], json!({ "instead": "Loop" }));
+        let told = ask(text_complete, &asked(json!({ "line": 0, "column": 11 })));
+        assert_eq!(told["ok"]["items"], json!([{ "text": "Loop", "note": "label, line 1" }]));
+        let told = ask(text_explain, &asked(json!({ "line": 0, "column": 7 })));
+        assert_eq!(told["ok"]["found"]["words"], "command 22: JA <value>");
+        assert_eq!(ask(text_explain, &asked(json!({ "line": 5, "column": 7 })))["ok"], json!({ "found": null }));
+        let told = ask(line_complete, r#"{"line":"GAP APActualP","column":13,"product":"1140"}"#);
+        assert_eq!(told["ok"]["items"][0]["text"], "APActualPosition");
+        for wrong in [json!({ "more": 1 }), json!({ "main": "b.tmc" })] {
+            assert!(ask(text_check, &asked(wrong))["error"].is_string());
+        }
     }
 }

@@ -9,14 +9,28 @@
 //! * [`virtual_module`] - a virtual module, and the lines of its control port
 //! * [`serial`] - telegrams of nine bytes on a stream of bytes
 //! * [`stop`] - what stops all motors
-//! * [`sample`] - values that are read again and again
+//! * [`log`] - what goes over a link, in lines
+//! * [`recorder`] - rows of values of a virtual module
+//! * [`scope`] - curves: values that are read again and again
+//! * [`status`] - inputs, outputs and axes, and what their readings mean
 //! * [`tools`] - the tools, one job at a time
+//! * [`program`] - programs in a module, loaded and followed step by step
+//! * [`language`] - what an editor of programs asks of the assembler
+//! * [`parameters`] - parameters, their tables and files of them
 //! * [`page`] - the wire and the stop that the page gives
 
+#[cfg(test)]
+mod compared;
 pub mod doors;
+pub mod language;
+pub mod log;
 pub mod page;
-pub mod sample;
+pub mod parameters;
+pub mod program;
+pub mod recorder;
+pub mod scope;
 pub mod serial;
+pub mod status;
 pub mod stop;
 pub mod tools;
 pub mod types;

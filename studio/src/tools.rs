@@ -1,14 +1,10 @@
 //! The tools at work on the module at the page's link: one job at a time.
 
-use std::path::PathBuf;
-
-use tmcl_tools::asm::{Settings, assemble_text};
 use tmcl_tools::conversation::{ASK_VERSION, Conversation, Error};
-use tmcl_tools::debug::{self, Action, Around, Debugger};
+use tmcl_tools::debug::Debugger;
 use tmcl_tools::failure::Failure;
 use tmcl_tools::params;
 use tmcl_tools::product;
-use tmcl_tools::program::{Transfer, fits, transfer};
 use tmcl_tools::progress::Progress;
 use tmcl_tools::replies;
 use tmcl_tools::request::Typed;
@@ -17,7 +13,7 @@ use tmcm::tmcl::{Command, Opcode, Status};
 use tmcm_sim::Product;
 
 use crate::page::PageStop;
-use crate::types::{Line, Module, Nothing, Products, Program, Reach, Text};
+use crate::types::{Line, Module, Nothing, Products, Reach, Text};
 
 /// A command that every module with the TMCL firmware answers, and that changes nothing.
 const PRESENT: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
@@ -34,12 +30,14 @@ pub fn products(Nothing {}: Nothing) -> Products {
 
 /// The tools, with the module that they are at.
 pub struct Tools {
-    module: Conversation,
-    stop: PageStop,
+    pub(crate) module: Conversation,
+    pub(crate) stop: PageStop,
+    /// The debugger of the program that was loaded last.
+    pub(crate) debugger: Option<Debugger>,
 }
 
 /// A failure of a conversation, for doors.
-fn failed(error: impl Into<Failure>) -> Failure {
+pub(crate) fn failed(error: impl Into<Failure>) -> Failure {
     error.into()
 }
 
@@ -48,7 +46,12 @@ impl Tools {
     pub fn connect(wire: Box<dyn Wire>, stop: PageStop, Reach { address, timeout }: &Reach) -> Self {
         let mut module = Conversation::new(wire, *address, None, |_| {});
         module.set_timeout(std::time::Duration::from_millis((*timeout).into()));
-        Tools { module, stop }
+        Tools { module, stop, debugger: None }
+    }
+
+    /// The module that they are at.
+    pub(crate) fn module(&mut self) -> &mut Conversation {
+        &mut self.module
     }
 
     /// Asks the module what it is.
@@ -95,48 +98,10 @@ impl Tools {
         let saved = params::save(&mut self.module, &self.stop, progress)?;
         Ok(Text { text: saved.text, done: true })
     }
-
-    /// Assembles a program, puts it into the module, and gives it to the debugger.
-    ///
-    /// # Errors
-    /// The program has mistakes, the module does not take it, or it has been asked to end.
-    pub fn load(&mut self, program: &Program, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Text, Failure> {
-        let settings = Settings { product: self.module.product().map_err(failed)?, ..Settings::default() };
-        let assembly = assemble_text(&program.name, &program.text, settings);
-        let assembly = assembly.map_err(|mistakes| Failure::Failed(mistakes.to_string()))?;
-        let assembled = tmcl_tools::program::Program::from(assembly);
-        let warning = fits(&assembled, settings)?;
-        let mut lines: Vec<String> = warning.into_iter().collect();
-        transfer(&mut self.module, &assembled, Transfer::default(), &self.stop, progress, |done| {
-            lines.push(done.to_string());
-            Ok::<_, Failure>(())
-        })?;
-        if !program.debug.is_empty() {
-            lines.extend(self.debug(program, assembled, progress)?);
-        }
-        Ok(Text { text: lines.join("\n"), done: true })
-    }
-
-    fn debug(
-        &mut self,
-        Program { name, debug: script, .. }: &Program,
-        program: tmcl_tools::program::Program,
-        progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Vec<String>, Failure> {
-        let mut debugger = Debugger::new(&mut self.module, PathBuf::from(name), program).map_err(failed)?;
-        let mut read = |_: &std::path::Path, _| Err("the program is loaded from the page".into());
-        let mut lines = Vec::new();
-        for line in script {
-            let action = Action::parse(line).map_err(Failure::Failed)?;
-            let mut around = Around { stop: &self.stop, read: &mut read, progress };
-            lines.push(debug::words::text(&debugger.act(&mut self.module, action, &mut around).map_err(failed)?));
-        }
-        Ok(lines)
-    }
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use hal_sim::world::config::WorldConfig;
     use tmcl_tools::wire::VirtualWire;
     use tmcm_sim::NativeModule;
@@ -153,14 +118,15 @@ mod tests {
         forget: || (),
     };
 
-    fn tools(product: Product) -> Tools {
-        let module = NativeModule::of(product, &WorldConfig::default(), None, 1);
+    /// The tools at a fresh virtual module.
+    pub(crate) fn tools(product: &str) -> Tools {
+        let module = NativeModule::of(product::named(product).unwrap(), &WorldConfig::default(), None, 1);
         Tools::connect(Box::new(VirtualWire::new(module)), PageStop(CALLS), &Reach { address: 1, timeout: 1000 })
     }
 
     #[test]
     fn a_module_is_told_and_commanded() {
-        let mut tools = tools(Product::Tmcm3110);
+        let mut tools = tools("3110");
         let module = tools.identify(Nothing {}).unwrap();
         assert!(module.name.starts_with("TMCM-3110, firmware ") && module.product.as_deref() == Some("3110"));
         let mut send = |line: &str| tools.send(&Line { line: line.into() });
@@ -169,23 +135,5 @@ mod tests {
         assert!(!send("MST 3").unwrap().done);
         assert!(send("GAP 300, 0").unwrap_err().to_string().contains("out of range"));
         assert!(send("dance").unwrap_err().to_string().contains("unknown command 'dance'"));
-    }
-
-    #[test]
-    fn a_program_is_loaded_and_stepped_through() {
-        let mut tools = tools(Product::Tmcm1140);
-        let mut seen = Vec::new();
-        let program = |text: &str, debug: &[&str]| {
-            let debug = debug.iter().map(ToString::to_string).collect();
-            Program { name: "page.tmc".into(), text: text.into(), debug }
-        };
-        let mut progress = |told: Progress<'_>| seen.push((told.done, told.total));
-        let told =
-            tools.load(&program("CALC LOAD, 5\nCALC MUL, 3\nSTOP", &["step", "step", "print acc"]), &mut progress);
-        let told = told.unwrap().text;
-        assert!(told.starts_with("loaded to addresses 0 to 2\n") && told.contains("15"), "{told}");
-        let told = tools.load(&program("ROR 0, Sped", &[]), &mut |_| {}).unwrap_err().to_string();
-        assert!(told.starts_with("page.tmc:1:8: error: unknown name 'Sped'"), "{told}");
-        assert_eq!(seen.last(), Some(&(3, 3)));
     }
 }

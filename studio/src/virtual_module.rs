@@ -5,20 +5,19 @@ use std::time::Duration;
 
 use hal_sim::board::BoardKind;
 use hal_sim::clock::Nanos;
-use hal_sim::control::State;
 use hal_sim::world::config::WorldConfig;
-use tmcl_tools::calc::{Live, Settings};
 use tmcl_tools::desk::{
     ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
 };
-use tmcl_tools::product::{self, speed_unit};
-use tmcm::param::{AxisParameter, Unit};
+use tmcl_tools::product;
 use tmcm_sim::client::Client;
 use tmcm_sim::fleet::{Fleet, Member};
 use tmcm_sim::protocol::Speed;
 use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
 
-use crate::types::{Column, Columns, Finished, Line, Module, Outcome, Request, Start, Ticket, Turn, Values};
+use crate::recorder::Recorder;
+use crate::scope::Watched;
+use crate::types::{Finished, Line, Module, Nothing, Outcome, Request, SampleRow, Start, Ticket, Turn};
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
@@ -30,6 +29,7 @@ const PAGE: ControllerId = ControllerId(1);
 /// A virtual module, and who asks it.
 pub struct Virtual {
     product: Product,
+    world: WorldConfig,
     fleet: Fleet<NativeModule>,
     kinds: [&'static BoardKind; 1],
     timekeeper: Timekeeper,
@@ -38,23 +38,30 @@ pub struct Virtual {
     /// Requests that wait for their replies, with the number of each.
     asked: Vec<(u32, Client)>,
     last: u32,
+    /// How often it has begun anew.
+    starts: u32,
 }
 
 /// What the page watches, and the lines that are for it.
 #[derive(Debug, Default)]
 struct Page {
     watch: Option<Watch>,
+    recorder: Option<Recorder>,
     lines: Vec<String>,
 }
 
 impl Watcher for Page {
     fn watch_due(&self) -> Option<Nanos> {
-        self.watch.as_ref().map(Watch::due)
+        let due = [self.watch.as_ref().map(Watch::due), self.recorder.as_ref().map(Recorder::due)];
+        due.into_iter().flatten().min()
     }
 
     fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         if let Some(watch) = self.watch.as_mut().filter(|watch| watch.due() <= fleet.now()) {
             self.lines.push(watch.take(fleet));
+        }
+        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.due() <= fleet.now()) {
+            recorder.take(fleet);
         }
     }
 
@@ -64,8 +71,8 @@ impl Watcher for Page {
     }
 }
 
-fn fleet(product: Product, eeprom: Option<&[u8]>) -> Fleet<NativeModule> {
-    let member = Member { model: Model::Tmcl(product), world: &WorldConfig::default(), eeprom };
+fn fleet(product: Product, world: &WorldConfig, eeprom: Option<&[u8]>) -> Fleet<NativeModule> {
+    let member = Member { model: Model::Tmcl(product), world, eeprom };
     let mut fleet = Fleet::mixed(&[member], SEED);
     fleet.await_silences();
     fleet
@@ -75,13 +82,20 @@ impl Virtual {
     /// A fresh module, at the moment `at`.
     ///
     /// # Errors
-    /// There is no such product.
-    pub fn start(Start { product }: &Start, at: Duration) -> Result<Self, String> {
+    /// There is no such product, or its world cannot be so.
+    pub fn start(Start { product, world }: &Start, at: Duration) -> Result<Self, String> {
         let product = product::named(product)?;
-        let fleet = fleet(product, None);
+        let world = match world {
+            Some(text) => {
+                WorldConfig::parse_for(product.kind(), text).map_err(|error| format!("the world: {error}"))?
+            }
+            None => WorldConfig::default(),
+        };
+        let fleet = fleet(product, &world, None);
         let timekeeper = Timekeeper::new(Speed::Factor(1.0), None, at, fleet.now());
         Ok(Virtual {
             product,
+            world,
             fleet,
             kinds: [product.kind()],
             timekeeper,
@@ -89,6 +103,7 @@ impl Virtual {
             page: Page::default(),
             asked: Vec::new(),
             last: 0,
+            starts: 0,
         })
     }
 
@@ -104,30 +119,16 @@ impl Virtual {
         Ticket { ticket: self.last }
     }
 
-    /// The values of columns, which are looked at in the motion controllers, without letting time pass.
-    pub fn look(&mut self, Columns { columns }: &Columns) -> Values {
-        let state = self.fleet.modules_mut().first_mut().map(|module| State::of(&module.board_mut()));
-        let value = |Column { request, .. }: &Column| {
-            let axis = state.as_ref()?.axes.get(usize::from(request.motor))?;
-            match self.product.spec().axis.find(request.kind)?.function {
-                AxisParameter::ActualPosition => Some(axis.position),
-                AxisParameter::ActualSpeed => Some(self.speed(axis.velocity)),
-                _ => None,
-            }
-        };
-        Values { values: columns.iter().map(value).collect() }
+    /// The values of curves now, which are looked at without letting time pass.
+    pub fn look(&mut self, watched: &Watched) -> SampleRow {
+        Recorder::new(watched, self.product, self.fleet.now()).look(&mut self.fleet)
     }
 
-    /// A velocity of the motion controller in the unit of the product.
-    fn speed(&self, velocity: i32) -> i32 {
-        match speed_unit(self.product) {
-            // Neither divisors, steps nor microsteps make a difference to units of a TMC5160.
-            Unit::Pps => {
-                let settings = Settings { divisors: (0, 0), microsteps: 256, steps: 200, in_chip: true };
-                Live::new(self.product, settings).speed_in_pulses(velocity).round() as i32
-            }
-            _ => velocity,
-        }
+    /// Makes a row of these curves at each millisecond from now on, in place of those before.
+    pub fn watch(&mut self, watched: &Watched) -> Nothing {
+        let recorder = Recorder::new(watched, self.product, self.fleet.now());
+        self.page.recorder = Some(recorder).filter(|_| !watched.texts.is_empty());
+        Nothing {}
     }
 
     /// Takes a line of the control port. Its answer comes with a later turn.
@@ -182,14 +183,29 @@ impl Virtual {
         let now = clock();
         let wake = self.timekeeper.wake(now, &self.fleet, NAP);
         let nap = wake.saturating_sub(now).as_secs_f64() * 1000.0;
-        Turn { replies, lines: std::mem::take(&mut self.page.lines), messages, nap }
+        let rows = self.page.recorder.as_mut().map(Recorder::rows).unwrap_or_default();
+        Turn {
+            replies,
+            lines: std::mem::take(&mut self.page.lines),
+            messages,
+            rows,
+            paused: self.timekeeper.is_paused(),
+            powered: self.fleet.modules_mut().first_mut().is_some_and(|module| module.board_mut().is_powered()),
+            starts: self.starts,
+            nap,
+        }
     }
 
     /// The module begins anew, with what its EEPROM has.
     fn restart(&mut self, at: Duration) {
         let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
-        self.fleet = fleet(self.product, eeprom.as_deref());
+        self.fleet = fleet(self.product, &self.world, eeprom.as_deref());
+        self.starts = self.starts.wrapping_add(1);
         self.timekeeper = self.timekeeper.anew(at, self.fleet.now());
+        // Its time begins anew, and with it the milliseconds.
+        if let Some(recorder) = &mut self.page.recorder {
+            recorder.begin_anew(self.fleet.now());
+        }
         let told = Told::time(self.fleet.now());
         if self.page.watch.take().is_some() {
             self.page.lines.push(Watch::ended("restart"));
@@ -207,6 +223,10 @@ mod tests {
 
     use super::*;
 
+    fn watched(texts: &[&str]) -> Watched {
+        Watched { texts: texts.iter().map(ToString::to_string).collect() }
+    }
+
     /// A page whose clock goes on by a millisecond with each look.
     struct Desk {
         module: Virtual,
@@ -216,7 +236,7 @@ mod tests {
     impl Desk {
         fn of(product: &str) -> Self {
             Desk {
-                module: Virtual::start(&Start { product: product.into() }, Duration::ZERO).unwrap(),
+                module: Virtual::start(&Start { product: product.into(), world: None }, Duration::ZERO).unwrap(),
                 clock: Cell::new(0),
             }
         }
@@ -259,16 +279,14 @@ mod tests {
         let before = desk.control("state")["rotor"].as_i64().unwrap();
         (0..100).for_each(|_| drop(desk.turn()));
         assert_eq!(desk.control("state")["rotor"], before);
-        let column = |command| Column { name: String::new(), unit: String::new(), request: Request::new(1, command) };
-        let columns = [Command::new(6, 3, 0, 0), Command::new(6, 1, 9, 0)].map(column).into();
-        let columns = Columns { columns };
+        let watched = watched(&["GAP 3, 0", "GAP 1, 9", "GAP 8, 0"]);
         let time = desk.control("state")["time_us"].clone();
-        assert_eq!(desk.module.look(&columns).values[1], None);
+        assert_eq!(desk.module.look(&watched).values[1..], [None, None]);
         assert_eq!(desk.control("state")["time_us"], time);
         assert_eq!(desk.control("state")["rotor"], before);
         desk.control("step 1 s");
         assert!(desk.control("state")["rotor"].as_i64().unwrap() > before + 1000);
-        assert_eq!(desk.module.look(&columns).values, [Some(500), None]);
+        assert_eq!(desk.module.look(&watched).values, [Some(500.0), None, None]);
     }
 
     /// 51 200 pps of a TMC5160 at 16 MHz are 51 200 * 2^24 / 16e6 = 53 687 of its units, and 51 200 again to the pps.
@@ -278,9 +296,35 @@ mod tests {
         desk.ask(Command::new(1, 0, 2, 51_200));
         desk.control("pause");
         desk.control("step 2 s");
-        let request = Request::new(1, Command::new(6, 3, 2, 0));
-        let columns = Columns { columns: vec![Column { name: String::new(), unit: String::new(), request }] };
-        assert_eq!(desk.module.look(&columns).values, [Some(51_200)]);
+        assert_eq!(desk.module.look(&watched(&["GAP 3, 2"])).values, [Some(51_200.0)]);
+    }
+
+    /// Each millisecond has a row, however the time passes, and none is there twice.
+    #[test]
+    fn each_millisecond_has_a_row() {
+        let mut desk = Desk::of("6110");
+        desk.ask(Command::new(1, 0, 5, 500));
+        desk.control("pause");
+        let begun = desk.control("state")["time_us"].as_i64().unwrap() / 1000;
+        desk.module.watch(&watched(&["GAP 1, 5", "rotor 5", "GAP 4, 5"]));
+        assert!(desk.turn().rows.is_empty(), "time is paused");
+        desk.module.control(&Line { line: "step 2500 ms".into() }, Duration::ZERO);
+        let mut rows = Vec::new();
+        while rows.len() < 2500 {
+            rows.extend(desk.turn().rows);
+        }
+        let at: Vec<i64> = rows.iter().map(|row| row.at as i64).collect();
+        assert_eq!(at, (begun + 1..=begun + 2500).collect::<Vec<_>>());
+        let (first, last) = (&rows[0].values, &rows[2499].values);
+        assert!(last[0] > first[0] && last[1] > first[1] && last[2].is_some());
+        assert!(desk.module.look(&watched(&["GAP 1, 5"])).values[0] >= last[0]);
+        assert_eq!(desk.control("restart")["ok"], true);
+        desk.control("step 3 ms");
+        let rows = desk.turn().rows;
+        assert!(rows.iter().all(|row| row.at < begun as f64), "time has begun anew: {rows:?}");
+        desk.module.watch(&watched(&[]));
+        desk.control("step 3 ms");
+        assert!(desk.turn().rows.is_empty());
     }
 
     #[test]
@@ -301,6 +345,25 @@ mod tests {
         desk.control("power off");
         assert_eq!(desk.ask(Command::new(6, 1, 0, 0)), Outcome::NoReply(0));
         assert!(desk.control("fault fire on")["error"].as_str().unwrap().contains("unknown fault 'fire'"));
-        assert!(Virtual::start(&Start { product: "9999".into() }, Duration::ZERO).is_err());
+        let start = |product: &str, world: &str| {
+            let start = Start { product: product.into(), world: Some(world.into()) };
+            Virtual::start(&start, Duration::ZERO).map(|_| ()).unwrap_err()
+        };
+        assert!(start("9999", "").contains("9999"));
+        assert!(start("1140", "[motor]\nfrictoin = 1").contains("frictoin"));
+    }
+
+    /// The stage of the world is there again after a restart: the motor does not get past its end.
+    #[test]
+    fn a_world_is_kept() {
+        let world = Some("[stage]\nhard_left = -512".into());
+        let module = Virtual::start(&Start { product: "1140".into(), world }, Duration::ZERO).unwrap();
+        let mut desk = Desk { module, clock: Cell::new(0) };
+        assert_eq!(desk.control("restart")["ok"], true);
+        desk.ask(Command::new(2, 0, 0, 500));
+        desk.control("pause");
+        desk.control("step 2 s");
+        let rotor = desk.control("state")["rotor"].as_i64().unwrap();
+        assert!((-1100..=-500).contains(&rotor), "{rotor}");
     }
 }

@@ -6,13 +6,18 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
+from bed import PATIENCE
 from bed import browser as browsers
 from bed.browser import Browser
 from bed.module import VirtualModule
 from bed.namespace import compile_library
 from bed.server import Elsewhere, Site
-from playwright.sync_api import Playwright, sync_playwright
+from playwright.sync_api import Browser as Driven
+from playwright.sync_api import Playwright, expect, sync_playwright
 from studio import FOLDER
+
+# A busy computer is slow.
+expect.set_options(timeout=1000 * PATIENCE)
 
 
 @pytest.fixture(scope="session")
@@ -80,6 +85,49 @@ def firefox(playwright: Playwright, tmp_path: Path, library: Path, ports: Path) 
     """Firefox ESR, which allows the first serial port to a page that asks for one by requestPort()."""
     with browsers.firefox(playwright, tmp_path, library, ports) as browser:
         yield browser
+
+
+@pytest.fixture(scope="session")
+def running_chromium(
+    playwright: Playwright, tmp_path_factory: pytest.TempPathFactory, library: Path
+) -> Iterator[Driven]:
+    """A process of Chromium without serial ports."""
+    folder = tmp_path_factory.mktemp("chromium")
+    (folder / "ports").mkdir()
+    with browsers.running_chromium(playwright, folder, library, folder / "ports") as driven:
+        yield driven
+
+
+@pytest.fixture(scope="session")
+def running_firefox(
+    playwright: Playwright, tmp_path_factory: pytest.TempPathFactory, library: Path
+) -> Iterator[Driven]:
+    """A process of Firefox without serial ports."""
+    folder = tmp_path_factory.mktemp("firefox")
+    (folder / "ports").mkdir()
+    with browsers.running_firefox(playwright, folder, library, folder / "ports") as driven:
+        yield driven
+
+
+@pytest.fixture
+def plain_chromium(running_chromium: Driven) -> Iterator[Browser]:
+    """Chromium without serial ports: a fresh profile in the process that tests before have had."""
+    with browsers.tested("chromium", running_chromium) as browser:
+        yield browser
+
+
+@pytest.fixture
+def plain_firefox(running_firefox: Driven) -> Iterator[Browser]:
+    """Firefox without serial ports: a fresh profile in the process that tests before have had."""
+    with browsers.tested("firefox", running_firefox) as browser:
+        yield browser
+
+
+@pytest.fixture(params=["plain_chromium", "plain_firefox"])
+def plain(request: pytest.FixtureRequest) -> Browser:
+    """Each of the two browsers without serial ports, one after the other."""
+    browser: Browser = request.getfixturevalue(request.param)
+    return browser
 
 
 @pytest.fixture(params=["chromium", "firefox"])

@@ -11,7 +11,7 @@ if (canSuspend) {
     throw new Error('this Node suspends WebAssembly, so that this would show nothing');
 }
 const module = await WebAssembly.compile(await readFile(new URL('tmcl_studio.wasm', folder)));
-const source = new VirtualSource(await Doors.open(module, NOBODY, false), '1140', console.log);
+const source = new VirtualSource(await Doors.open(module, NOBODY, false), { product: '1140', world: null }, console.log);
 const world = {
     exchange: ({ request, timeout }) => source.exchangeNow(request, timeout),
     pause: (milliseconds) => (source.passNow(milliseconds), false),
@@ -21,11 +21,16 @@ const world = {
 const tools = await Doors.open(module, world, false);
 tools.ask('tools_connect', { address: 1, timeout: 1000 });
 console.log(tools.ask('tools_identify').name);
-const text = 'CALC LOAD, 5\nCALC MUL, 3\nAGP 0, 2\nSTOP';
-const debug = ['step', 'step', 'print acc', 'step', 'send GGP 0, 2'];
-console.log(tools.ask('tools_load', { name: 'page.tmc', text, debug }).text);
+const load = (text) => {
+    const program = { texts: [{ name: 'page.tmc', text }], main: 'page.tmc' };
+    return tools.ask('program_load', { program, verify: true, run: false, autostart: false }).text;
+};
+console.log(load('CALC LOAD, 5\nCALC MUL, 3\nAGP 0, 2\nSTOP'));
+for (const line of ['step', 'step', 'print acc', 'step', 'send GGP 0, 2']) {
+    console.log(tools.ask('program_debug', { line }).text);
+}
 try {
-    tools.ask('tools_load', { name: 'page.tmc', text: 'ROR 0, Sped', debug: [] });
+    load('ROR 0, Sped');
 } catch (error) {
     console.log(error.message);
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,11 @@ class Studio:
         expect(self.link).to_have_text("connected")
         expect(self.module).to_contain_text(f"TMCM-{product}, firmware ")
 
+    def is_read(self) -> None:
+        """Waits until the module's parameters have been read, which is a job of its own behind each connection."""
+        told = self.page.get_by_role("status", name="State of the parameters")
+        expect(told).to_have_text(re.compile("^read(,.*)?$"))
+
     def send(self, line: str) -> str:
         """Sends a command, and gives its reply."""
         count = self.replies.count()
@@ -66,13 +72,40 @@ class Studio:
         answer: dict[str, Any] = json.loads(self.answers.nth(count).inner_text())
         return answer
 
+    def program(self, text: str) -> None:
+        """Puts a text into the editor."""
+        self.page.get_by_role("textbox", name="Program").fill(text)
+
+    def load(self, text: str) -> None:
+        """Loads a program, also over another one."""
+        self.program(text)
+        count = self.job("Load program").count()
+        self.button("Load program").click()
+        self.confirm("Load")
+        expect(self.job("Load program")).to_have_count(count + 1)
+        expect(self.page.get_by_role("status", name="Debugger")).to_contain_text("halted")
+
+    def confirm(self, name: str) -> None:
+        """Answers a question, if there is one before the next job has begun."""
+        answer = self.page.get_by_role("dialog").get_by_role("button", name=name, exact=True)
+        begun = self.page.get_by_role("list", name="Jobs").get_by_text("Load program")
+        expect(answer.or_(begun).last).to_be_visible()
+        if answer.is_visible():
+            answer.click()
+
+    def row(self, table: str, name: str) -> Locator:
+        """The cell of the row with this name."""
+        rows = self.page.get_by_role("table", name=table).get_by_role("row")
+        return rows.filter(has=self.page.get_by_role("rowheader", name=name, exact=True)).get_by_role("cell")
+
     def job(self, name: str) -> Locator:
         """The lines of the jobs of this name."""
         return self.page.get_by_role("list", name="Jobs").get_by_role("listitem").filter(has_text=name)
 
 
-def tmcl(*arguments: str, code: int = 0) -> str:
+def tmcl(*arguments: str, code: int = 0, given: Path | None = None) -> str:
     """What the program `tmcl` prints, without the end of the line."""
-    done = subprocess.run([PROGRAM, *arguments], check=False, capture_output=True, text=True)
+    text = given.read_text() if given else None
+    done = subprocess.run([PROGRAM, *arguments], check=False, capture_output=True, text=True, input=text)
     assert done.returncode == code, done.stderr
     return done.stdout.rstrip("\n")

@@ -15,8 +15,8 @@ from studio import FOLDER
 HERE = Path(__file__).parent
 
 
-def test_nothing_is_imported_but_wire_and_stop(chromium: Browser, studio_site: Site) -> None:
-    page = chromium.open(studio_site.url)
+def test_nothing_is_imported_but_wire_and_stop(plain_chromium: Browser, studio_site: Site) -> None:
+    page = plain_chromium.open(studio_site.url)
     names = page.evaluate(
         """async () => WebAssembly.Module.imports(await WebAssembly.compileStreaming(fetch("tmcl_studio.wasm")))
             .map(({ module, name }) => `${module}.${name}`).sort()"""
@@ -39,8 +39,8 @@ PANIC = """async () => {
 }"""
 
 
-def test_a_panic_is_told_with_its_words_and_place(browser: Browser, studio_site: Site) -> None:
-    kind, words = browser.open(studio_site.url).evaluate(PANIC)
+def test_a_panic_is_told_with_its_words_and_place(plain: Browser, studio_site: Site) -> None:
+    kind, words = plain.open(studio_site.url).evaluate(PANIC)
     assert kind == "Dead"
     assert "capacity overflow" in words, words
     assert ".rs:" in words, words
@@ -62,7 +62,7 @@ def sequence() -> list[dict[str, object]]:
     steps: list[dict[str, object]] = []
     for product, axes in (("1110", 1), ("1140", 1), ("3110", 3), ("3212", 3), ("6110", 6)):
         last = axes - 1
-        steps += [{"start": {"product": product}}, control("pause")]
+        steps += [{"start": {"product": product, "world": None}}, control("pause")]
         steps += [ask(4, 0, axis, 20_000 * (axis + 1)) for axis in range(axes)]
         steps += [control("step 300 ms"), control(f"load 0.3 {last}"), control("state"), control(f"press right {last}")]
         steps += [
@@ -97,13 +97,13 @@ IN_THE_BROWSER = """async steps => {
 }"""
 
 
-def test_the_same_numbers(browser: Browser, studio_site: Site) -> None:
+def test_the_same_numbers(plain: Browser, studio_site: Site) -> None:
     steps = sequence()
     command = ["cargo", "run", "--quiet", "-p", "tmcl-studio", "--example", "sequence"]
     natively = subprocess.run(
         command, cwd=ROOT, check=True, capture_output=True, text=True, input=json.dumps(steps)
     ).stdout
-    lines = browser.open(studio_site.url).evaluate(IN_THE_BROWSER, steps)
+    lines = plain.open(studio_site.url).evaluate(IN_THE_BROWSER, steps)
     expected = OF_THE_CLOCK.sub("", natively).splitlines()
     assert len(expected) > 5 * 2000
     assert [OF_THE_CLOCK.sub("", line) for line in lines] == expected

@@ -56,8 +56,8 @@ def test_without_it_virtual_modules_work(limited: Browser, studio_site: Site) ->
     expect(studio.danger).to_have_text("")
     studio.control("step 5 s")
     assert studio.control("state")["axes"][5]["velocity"] == 0
-    studio.button("Read all settings").click()
-    expect(studio.job("Read all settings")).to_contain_text("done")
+    studio.button("Export").click()
+    expect(studio.job("Export")).to_contain_text("done")
 
 
 @pytest.fixture
@@ -109,12 +109,12 @@ HOLD = """() => {
 
 
 def test_a_late_reply_is_not_taken_for_another_ones(studio: Studio, ports: Path) -> None:
-    """GAP 4 is answered when its time is over; GAP 5, of the same number, is not sent before that, but STOP is."""
+    """GAP 240 is answered when its time is over; GAP 250, of the same number, is not sent before that, but STOP is."""
     silent = b""
 
     def answer(request: bytes) -> bytes:
         nonlocal silent
-        if request[1:3] == bytes([6, 4]):
+        if request[1:3] == bytes([6, 240]):
             silent = request
             return b""
         return reply(request, 1140 << 16 | 0x012A if request[1] == VERSION else request[2])
@@ -123,25 +123,26 @@ def test_a_late_reply_is_not_taken_for_another_ones(studio: Studio, ports: Path)
         studio.connect()
         link = studio.page.workers[-1]
         link.evaluate(HOLD)
-        assert "no reply; check power, wiring, address" in studio.send("GAP 4, 0")
-        studio.line.fill("GAP 5, 0")
+        assert "no reply; check power, wiring, address" in studio.send("GAP 240, 0")
+        studio.line.fill("GAP 250, 0")
         studio.line.press("Enter")
         studio.page.keyboard.press("Escape")
         fake.wait_for(bytes([1, 3]))
         # What waited was dropped by STOP; this one waits now.
-        studio.line.fill("GAP 5, 0")
+        studio.line.fill("GAP 250, 0")
         studio.line.press("Enter")
         came = link.evaluate("came")
         fake.say(reply(silent, 4444))
         while link.evaluate("came") < came + 9:
             studio.page.wait_for_timeout(20)
-        assert not any(request[1:3] == bytes([6, 5]) for request in fake.requests)
+        assert not any(request[1:3] == bytes([6, 250]) for request in fake.requests)
         link.evaluate("release()")
-        expect(studio.replies.last).to_contain_text("GAP 5, 0: 5 ")
+        expect(studio.replies.last).to_contain_text("GAP 250, 0: 250 ")
 
 
 def begin(studio: Studio, module: VirtualModule, job: str) -> None:
     """Begins a job, which takes a while."""
+    studio.is_read()
     module.ask("fault reply-delay 20 ms")
     studio.button(job).click()
     expect(studio.job(job)).to_contain_text(" of ")
@@ -156,13 +157,13 @@ def begin_download(studio: Studio, module: VirtualModule) -> None:
 def test_a_port_that_goes_during_a_job(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
-        begin(studio, module, "Read all settings")
+        begin(studio, module, "Export")
     expect(studio.link).to_contain_text("the link is lost")
-    expect(studio.job("Read all settings")).to_contain_text("link")
+    expect(studio.job("Export")).to_contain_text("link")
     with VirtualModule(ports / "ttyACM0", tmp_path):
         studio.is_there("1140")
-        studio.button("Read all settings").click()
-        expect(studio.job("Read all settings").last).to_contain_text("done")
+        studio.button("Export").click()
+        expect(studio.job("Export").last).to_contain_text("done")
 
 
 def test_a_stop_that_finds_the_link_lost_is_sent_when_it_is_back(studio: Studio, ports: Path, tmp_path: Path) -> None:
@@ -174,6 +175,26 @@ def test_a_stop_that_finds_the_link_lost_is_sent_when_it_is_back(studio: Studio,
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         module.wait_for_telegrams("136, 1", "to 1: 128", "to 1: MST 0")
         expect(studio.danger).to_have_text("")
+
+
+def test_another_module_takes_the_place_of_one_under_way(studio: Studio, ports: Path, tmp_path: Path) -> None:
+    """While it is debugged, watched and read: what belonged to it is gone, and the page goes on with the other one."""
+    with VirtualModule(ports / "ttyACM0", tmp_path) as module:
+        studio.connect()
+        studio.load("Loop: CALC ADD, 5\nJA Loop\n")
+        begin(studio, module, "Export")
+    expect(studio.link).to_contain_text("the link is lost")
+    expect(studio.job("Export")).to_contain_text("link")
+    with VirtualModule(ports / "ttyACM0", tmp_path, "--product", "6110"):
+        studio.is_there("6110")
+        studio.is_read()
+        axes = studio.page.get_by_role("combobox", name="Axis", exact=True).get_by_role("option")
+        expect(axes).to_have_count(6)
+        expect(studio.page.get_by_role("table", name="Axes").get_by_role("row")).to_have_count(12)
+        expect(studio.page.get_by_role("status", name="Debugger")).not_to_contain_text("halted")
+        expect(studio.button("Step")).to_be_disabled()
+        expect(studio.page.get_by_role("textbox", name="Program")).to_have_value("Loop: CALC ADD, 5\nJA Loop\n")
+        assert studio.send("GAP 1, 5").endswith("status 100 ok")
 
 
 def test_only_the_last_of_several_attempts_counts(studio: Studio, ports: Path, tmp_path: Path) -> None:
@@ -193,12 +214,13 @@ def test_only_the_last_of_several_attempts_counts(studio: Studio, ports: Path, t
 def test_a_job_that_waits_is_not_done_at_another_module(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
+        studio.is_read()
         module.ask("fault reply-delay 50 ms")
-        studio.button("Read all settings").click()
+        studio.button("Export").click()
         studio.button("Load program").click()
-        expect(studio.job("Load program")).to_contain_text("waits until")
+        expect(studio.job("Look at the program")).to_contain_text("waits until")
         studio.start("3110")
-        expect(studio.job("Load program")).to_contain_text("ended")
+        expect(studio.job("Look at the program")).to_contain_text("ended")
         assert studio.send("134, 0, 0, 0").startswith("134, 0, 0, 0: 0, 0, 0, 0")
 
 
@@ -262,12 +284,12 @@ def test_the_end_of_a_download_leaves_the_module_as_it_should_be(studio: Studio,
 def test_nothing_that_was_asked_before_is_done_after_stop(studio: Studio, ports: Path, tmp_path: Path) -> None:
     with VirtualModule(ports / "ttyACM0", tmp_path) as module:
         studio.connect()
-        begin(studio, module, "Read all settings")
+        begin(studio, module, "Export")
         studio.line.fill("ROR 0, 500")
         studio.line.press("Enter")
         studio.button("STOP").click()
         expect(studio.replies).to_have_text("ROR 0, 500: ended")
-        expect(studio.job("Read all settings")).to_contain_text("ended")
+        expect(studio.job("Export")).to_contain_text("ended")
         assert studio.send("GAP 2, 0").startswith("GAP 2, 0: 0 int")
         assert not any("to 1: ROR" in line for line in module.telegrams())
 

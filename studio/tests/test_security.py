@@ -24,21 +24,21 @@ REFUSED = {"eval": "EvalError", "made": "EvalError", "fetch": "TypeError"}
 
 
 def test_page_and_workers_run_and_reach_nothing_else(
-    chromium: Browser, studio_site: Site, elsewhere: Elsewhere
+    plain_chromium: Browser, studio_site: Site, elsewhere: Elsewhere
 ) -> None:
-    chromium.allow("Content Security Policy")
-    chromium.allow("Refused to connect")
-    studio = Studio(chromium.open(studio_site.url))
+    plain_chromium.allow("Content Security Policy")
+    plain_chromium.allow("Refused to connect")
+    studio = Studio(plain_chromium.open(studio_site.url))
     studio.start()
-    assert len(studio.page.workers) == 2
+    assert len(studio.page.workers) == 3
     assert studio.page.evaluate(TRY, elsewhere.url) == REFUSED
     for worker in studio.page.workers:
         assert worker.evaluate(TRY, elsewhere.url) == REFUSED
     assert elsewhere.requests == []
 
 
-def test_nothing_is_asked_of_anybody_else(chromium: Browser, studio_site: Site) -> None:
-    studio = Studio(chromium.open(studio_site.url))
+def test_nothing_is_asked_of_anybody_else(plain_chromium: Browser, studio_site: Site) -> None:
+    studio = Studio(plain_chromium.open(studio_site.url))
     asked: list[str] = []
     studio.page.on("request", lambda request: asked.append(request.url))
     studio.start()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from pathlib import Path
 
 import pytest
@@ -149,10 +149,12 @@ def test_a_page_that_has_moved_nothing_stops_nothing(studio: Studio, module: Vir
 
 def test_jobs_wait_for_each_other_and_can_be_ended(studio: Studio, module: VirtualModule) -> None:
     studio.connect()
+    studio.is_read()
     module.ask("fault reply-delay 100 ms")
-    studio.button("Read all settings").click()
+    studio.button("Export").click()
     studio.button("Load program").click()
-    first, second = studio.job("Read all settings"), studio.job("Load program")
+    # What is in the module is looked at before a program is loaded over it.
+    first, second = studio.job("Export"), studio.job("Look at the program")
     expect(second).to_contain_text("waits until the job before it is over")
     expect(first).to_contain_text(" of ")
     second.get_by_role("button", name="End").click()
@@ -162,6 +164,31 @@ def test_jobs_wait_for_each_other_and_can_be_ended(studio: Studio, module: Virtu
     assert not any("to 1: 132" in line for line in module.telegrams()), "the second job has not begun"
     module.ask("fault reply-delay 0 ms")
     assert studio.send("GAP 1, 0").endswith("status 100 ok")
+
+
+def test_rows_are_those_of_the_log(studio: Studio, module: VirtualModule) -> None:
+    """The tick timer (global parameter 132) has another value at each reading, and nobody else reads it."""
+    studio.connect()
+    studio.is_read()
+    before = len(module.telegrams())
+    curve = studio.page.get_by_role("combobox", name="Curve")
+    for index in range(2):
+        studio.page.locator("#curves").get_by_role("button", name="Remove").first.click()
+        expect(studio.page.locator("#curves").get_by_role("listitem")).to_have_count(1 - index)
+    curve.fill("GGP 132, 0")
+    curve.press("Enter")
+    module.wait_for_telegrams(*["to 1: GGP 132, 0"] * 50)
+    with studio.page.expect_download() as got:
+        studio.button("CSV of all rows").click()
+    _, *rows = Path(got.value.path()).read_text().splitlines()
+    shown = [int(row.split(",")[1]) for row in rows]
+    logged = [
+        int(reply.split("from 1: ")[1].split(" ms ")[0])
+        for asked, reply in pairwise(module.telegrams()[before:])
+        if "to 1: GGP 132, 0" in asked
+    ]
+    assert len(shown) > 20
+    assert shown == logged[: len(shown)]
 
 
 # Notes, in the worker of the link, when a STOP comes to it and what is written to the port.
@@ -184,14 +211,15 @@ STOP_APPLICATION, MST = 128, 3
 def test_a_hundred_stops(studio: Studio, module: VirtualModule) -> None:
     """With samples and a job filling the link, no STOP waits for more than the one exchange that is under way."""
     studio.connect()
-    # The tools were there before.
+    studio.is_read()
+    # The workers of the tools and of the tables were there before.
     link = studio.page.workers[-1]
     link.evaluate(NOTE)
     chance = random.Random(7)
-    jobs = studio.job("Read all settings")
+    jobs = studio.job("Export")
     for _ in range(100):
         if jobs.filter(has_text=" of ").count() == 0:
-            studio.button("Read all settings").click()
+            studio.button("Export").click()
             expect(jobs.last).to_contain_text(" of ")
         studio.page.wait_for_timeout(chance.uniform(0, 30))
         studio.page.keyboard.press("Escape")

@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -46,7 +46,8 @@ class Message:
 class Browser:
     """A running browser. Whatever its pages say is a failure of the test, unless the test allows it.
 
-    `context` is a fresh profile; its pages are tabs of one window. Further ones are made by `new_context`.
+    `context` is a fresh profile; its pages are tabs of one window. Further ones are made by `new_context`. All are
+    gone when the test is over, while the process may go on for the next one.
 
     Not told are what service workers say in Firefox, scripts of workers that Chromium cannot load or Firefox cannot
     read, and errors of a service worker before Playwright knows it: a page that depends on those listens for `error`.
@@ -117,7 +118,7 @@ class Browser:
 
 
 @contextmanager
-def chromium(
+def running_chromium(
     playwright: Playwright,
     folder: Path,
     library: Path,
@@ -126,8 +127,8 @@ def chromium(
     arguments: Sequence[str] = (),
     throttled: bool = False,
     environment: Mapping[str, str] | None = None,
-) -> Iterator[Browser]:
-    """A Chromium whose serial ports are the entries of the folder `ports`.
+) -> Iterator[Driven]:
+    """A process of Chromium whose serial ports are the entries of the folder `ports`.
 
     Pages of `origins` get them by getPorts() without a question, by a policy which only this Chromium sees. `folder` is
     one of the test; `library` is the stand-in for libudev, and `environment` may have the variables that tell it what
@@ -147,11 +148,12 @@ def chromium(
         handle_sigint=False,
         timeout=1000 * PATIENCE,
     )
-    yield from _until_end("chromium", driven)
+    with closing(driven):
+        yield driven
 
 
 @contextmanager
-def firefox(
+def running_firefox(
     playwright: Playwright,
     folder: Path,
     library: Path,
@@ -159,11 +161,11 @@ def firefox(
     chooser: Literal["allow", "block"] = "allow",
     preferences: Mapping[str, str | float | bool] | None = None,
     environment: Mapping[str, str] | None = None,
-) -> Iterator[Browser]:
-    """A Firefox ESR whose serial ports are the entries of the folder `ports`.
+) -> Iterator[Driven]:
+    """A process of Firefox ESR whose serial ports are the entries of the folder `ports`.
 
     No policy of it allows ports, so a page has to ask by requestPort() when it is clicked. The answer is `chooser`: to
-    allow the first port, or to block. `folder`, `library` and `environment` are those of `chromium`.
+    allow the first port, or to block. `folder`, `library` and `environment` are those of `running_chromium`.
     """
     own = _own(folder, "firefox")
     program = installed("firefox-esr").resolve()
@@ -188,18 +190,35 @@ def firefox(
         handle_sigint=False,
         timeout=1000 * PATIENCE,
     )
-    yield from _until_end("firefox", driven)
+    with closing(driven):
+        yield driven
 
 
-def _until_end(name: str, driven: Driven) -> Iterator[Browser]:
-    """The browser, until the test is over; then it is checked, if that has not been done, and ended."""
+@contextmanager
+def tested(name: str, driven: Driven) -> Iterator[Browser]:
+    """A running browser, until the test is over; then it is checked, if that has not been done, and its profiles go."""
     try:
         browser = Browser(name, driven)
         yield browser
         if not browser.checked:
             browser.check()
     finally:
-        driven.close()
+        for context in driven.contexts:
+            context.close()
+
+
+@contextmanager
+def chromium(*of: Any, **more: Any) -> Iterator[Browser]:
+    """A Chromium of one test alone; it takes what `running_chromium` takes."""
+    with running_chromium(*of, **more) as driven, tested("chromium", driven) as browser:
+        yield browser
+
+
+@contextmanager
+def firefox(*of: Any, **more: Any) -> Iterator[Browser]:
+    """A Firefox of one test alone; it takes what `running_firefox` takes."""
+    with running_firefox(*of, **more) as driven, tested("firefox", driven) as browser:
+        yield browser
 
 
 def _own(folder: Path, name: str) -> Path:

@@ -164,7 +164,8 @@ impl Debugger {
         let at = self.ended.unwrap_or(counter);
         let next = (program != RunState::Running).then(|| self.row(at, Some(at)));
         let breakpoints = self.breakpoints.keys().map(|address| self.stop(*address)).collect();
-        Ok(View { registers, variables, watched, breakpoints, next })
+        let ended = self.ended.is_some();
+        Ok(View { registers, variables, watched, breakpoints, next, ended })
     }
 
     /// The state in which the module is left.

@@ -164,6 +164,8 @@ pub struct View {
     pub breakpoints: Vec<Stop>,
     /// The next command, or the one with which the program has ended; `None` while the program runs.
     pub next: Option<Row>,
+    /// Whether the last step has ended the program: the next one begins it anew.
+    pub ended: bool,
 }
 
 /// What an action of the user leads to.

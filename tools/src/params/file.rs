@@ -46,7 +46,7 @@ pub enum Setting {
 
 impl Setting {
     /// The setting that a command writes; `None` for any other command.
-    fn of(command: Command) -> Option<Self> {
+    pub(super) fn of(command: Command) -> Option<Self> {
         let Command { kind: number, motor, value, .. } = command;
         match Opcode::from_number(command.opcode)? {
             Opcode::Sap => Some(Setting::Axis { number, axis: motor, value }),

@@ -31,7 +31,7 @@ pub fn latched(flags: i32) -> Vec<Line> {
         lines.push(Line::error(format!("flags whose meaning is not known: {:#x}; {CLEARED}", flags & !known)));
     }
     if lines.is_empty() {
-        lines.push(Line::fine("nothing has stopped the motor since the last reading, or the last motion command"));
+        lines.push(Line::fine("neither a stall nor a deviation has stopped the motor since the last reading, or the last motion command; switches are told above"));
     }
     lines
 }

@@ -1,0 +1,110 @@
+// What the panels of inputs and axes share: values that are read again and again, and elements to show them.
+
+/**
+ * What a panel asks of the page.
+ * @typedef {object} Services
+ * @property {(door: string, asked: object) => Promise<any>} ask asks at a door that needs no module
+ * @property {(requests: import('../types.js').Request[], hear: (values: (number | null)[]) => void) => () => void} sample
+ *     reads requests again and again, until the function is called that this gives
+ * @property {(name: string, door: string, asked: object) => Promise<any>} job gives the tools a job at the module
+ * @property {(request: import('../types.js').Request) => Promise<number | null>} send
+ *     sends a request, and gives the value of its reply; null if it was not carried out
+ * @property {(text: string) => void} announce tells a screen reader
+ */
+
+/**
+ * A module that has told what it is.
+ * @typedef {object} There
+ * @property {string | null} product null for one that is not known
+ * @property {number} address
+ */
+
+/**
+ * Does something as long as an element is shown: where the page is narrow, only one of its parts is.
+ * @param {Element} element
+ * @param {() => () => void} begin gives what ends it
+ * @returns {() => void} ends it for good
+ */
+function whileShown(element, begin) {
+    /** @type {(() => void) | undefined} */
+    let end;
+    const look = () => {
+        const shown = element.checkVisibility();
+        if (shown && !end) {
+            end = begin();
+        } else if (!shown) {
+            end?.();
+            end = undefined;
+        }
+    };
+    // What is not shown has no size.
+    const observer = new ResizeObserver(look);
+    observer.observe(element);
+    look();
+    return () => {
+        observer.disconnect();
+        end?.();
+    };
+}
+
+/**
+ * Reads requests again and again as long as an element is shown, has the values put into words, and draws these. While the
+ * words are made, only the latest values wait.
+ * @template T
+ * @param {Element} element
+ * @param {Services} services
+ * @param {import('../types.js').Request[]} requests
+ * @param {(values: (number | null)[]) => Promise<T>} tell makes words of values
+ * @param {(words: T) => void} draw
+ * @returns {() => void} ends it: nothing is drawn any more
+ */
+export function read(element, services, requests, tell, draw) {
+    if (requests.length === 0) {
+        return () => {};
+    }
+    let ended = false;
+    let busy = false;
+    /** @type {(number | null)[] | undefined} */
+    let latest;
+    const turn = async () => {
+        busy = true;
+        while (latest && !ended) {
+            const values = latest;
+            latest = undefined;
+            try {
+                const words = await tell(values);
+                if (!ended) {
+                    draw(words);
+                }
+            } catch {
+                // The tables are being loaded anew: the next values are told again.
+            }
+        }
+        busy = false;
+    };
+    const hear = (/** @type {(number | null)[]} */ values) => {
+        if (values.length === requests.length) {
+            latest = values;
+            if (!busy) {
+                void turn();
+            }
+        }
+    };
+    const end = whileShown(element, () => services.sample(requests, hear));
+    return () => {
+        ended = true;
+        end();
+    };
+}
+
+/**
+ * Sets an attribute only if it is another one.
+ * @param {Element} element
+ * @param {string} name
+ * @param {string} value
+ */
+export function setAttribute(element, name, value) {
+    if (element.getAttribute(name) !== value) {
+        element.setAttribute(name, value);
+    }
+}
