@@ -74,24 +74,20 @@ class Studio:
 
     def program(self, text: str) -> None:
         """Puts a text into the editor."""
-        self.page.get_by_role("textbox", name="Program").fill(text)
+        self.page.get_by_role("textbox", name="Program", exact=True).fill(text)
 
     def load(self, text: str) -> None:
-        """Loads a program, also over another one."""
+        """Loads a program, also over another one, about which the page asks first."""
         self.program(text)
         count = self.job("Load program").count()
         self.button("Load program").click()
-        self.confirm("Load")
-        expect(self.job("Load program")).to_have_count(count + 1)
-        expect(self.page.get_by_role("status", name="Debugger")).to_contain_text("halted")
-
-    def confirm(self, name: str) -> None:
-        """Answers a question, if there is one before the next job has begun."""
-        answer = self.page.get_by_role("dialog").get_by_role("button", name=name, exact=True)
-        begun = self.page.get_by_role("list", name="Jobs").get_by_text("Load program")
-        expect(answer.or_(begun).last).to_be_visible()
+        answer = self.page.get_by_role("dialog").get_by_role("button", name="Load", exact=True)
+        begun = self.job("Load program").nth(count)
+        expect(answer.or_(begun)).to_be_visible()
         if answer.is_visible():
             answer.click()
+        expect(begun).to_contain_text("done")
+        expect(self.page.get_by_role("status", name="Debugger")).to_contain_text("halted")
 
     def row(self, table: str, name: str) -> Locator:
         """The cell of the row with this name."""

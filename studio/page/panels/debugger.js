@@ -26,6 +26,8 @@ export class Debugger {
         /** Breakpoints that are wanted before there is a program.
          * @type {Map<string, Set<number>>} */
         this.wanted = new Map();
+        /** The breakpoints that are listed. */
+        this.listed = '';
         /** @type {number | undefined} */
         this.job = undefined;
         /** The next look at a program that runs.
@@ -191,17 +193,7 @@ export class Debugger {
         if (running) {
             this.next = setTimeout(() => void this.look(), Math.max(LOOK, RESTS * took));
         }
-        const own = breakpoints.map(({ address, condition, place }) => {
-            const where = place ? `${place.file ?? this.name}, line ${place.line + 1}` : `address ${address}`;
-            const when = make('input', { type: 'text', value: condition, placeholder: 'acc > 5', 'aria-label': `Condition at ${where}` });
-            when.onchange = async () => {
-                const done = await this.act(`break ${address}${when.value.trim() === '' ? '' : ` if ${when.value}`}`);
-                when.setAttribute('aria-invalid', String(!done));
-            };
-            const remove = button('Remove', () => void this.act(`delete ${address}`), { 'aria-label': `Remove: ${where}` });
-            return make('li', { class: 'row' }, `${where} if `, when, remove);
-        });
-        at('breakpoints').replaceChildren(...own);
+        this.#breakpoints(breakpoints);
         this.wanted = new Map();
         for (const { place } of breakpoints) {
             if (place) {
@@ -214,6 +206,29 @@ export class Debugger {
         } else {
             this.shows(this.program.name);
         }
+    }
+
+    /**
+     * Lists the breakpoints, unless they are those that are listed: somebody may be typing a condition.
+     * @param {import('../types.js').Breakpoint[]} breakpoints
+     */
+    #breakpoints(breakpoints) {
+        const listed = JSON.stringify([this.name, breakpoints]);
+        if (listed === this.listed) {
+            return;
+        }
+        this.listed = listed;
+        const own = breakpoints.map(({ address, condition, place }) => {
+            const where = place ? `${place.file ?? this.name}, line ${place.line + 1}` : `address ${address}`;
+            const when = make('input', { type: 'text', value: condition, placeholder: 'acc > 5', 'aria-label': `Condition at ${where}` });
+            when.onchange = async () => {
+                const done = await this.act(`break ${address}${when.value.trim() === '' ? '' : ` if ${when.value}`}`);
+                when.setAttribute('aria-invalid', String(!done));
+            };
+            const remove = button('Remove', () => void this.act(`delete ${address}`), { 'aria-label': `Remove: ${where}` });
+            return make('li', { class: 'row' }, `${where} if `, when, remove);
+        });
+        at('breakpoints').replaceChildren(...own);
     }
 
     /**
