@@ -227,24 +227,11 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
 
 #[cfg(test)]
 mod tests {
-    use hal_sim::world::config::WorldConfig;
     use tmcl_tools::status::Severity;
-    use tmcl_tools::wire::VirtualWire;
     use tmcm::tmcl::Command;
-    use tmcm_sim::{NativeModule, Product};
 
     use super::*;
-    use crate::page::{Calls, PageStop};
-    use crate::types::Reach;
-
-    /// Nobody asks to end.
-    const CALLS: Calls = Calls {
-        exchange: |_| Vec::new(),
-        pause: |_| false,
-        time: || std::time::Duration::ZERO,
-        within: |_| false,
-        forget: || (),
-    };
+    use crate::tools::tests::tools;
 
     fn of(product: Option<&str>) -> StatusRequests {
         requests(&Axes { address: 7, product: product.map(String::from) })
@@ -296,9 +283,7 @@ mod tests {
 
     #[test]
     fn what_has_stopped_a_motor_is_read() {
-        let module = NativeModule::of(Product::Tmcm1140, &WorldConfig::default(), None, 1);
-        let reach = Reach { address: 1, timeout: 1000 };
-        let mut tools = Tools::connect(Box::new(VirtualWire::new(module)), PageStop(CALLS), &reach);
+        let mut tools = tools("1140");
         let told = tools.status_errors(&StatusOf { axis: 0 }).unwrap();
         assert_eq!(told.lines[0].severity, Severity::Fine);
         let refused = tools.status_errors(&StatusOf { axis: 1 }).unwrap_err().to_string();

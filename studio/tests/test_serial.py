@@ -191,6 +191,23 @@ def test_rows_are_those_of_the_log(studio: Studio, module: VirtualModule) -> Non
     assert shown == logged[: len(shown)]
 
 
+def test_a_slow_link_is_the_scopes_for_the_most_part(studio: Studio, module: VirtualModule) -> None:
+    """What other panels read leaves it most of the time, however slow it is."""
+    studio.connect()
+    studio.is_read()
+    curve = studio.page.get_by_role("combobox", name="Curve")
+    curve.fill("GGP 132, 0")
+    curve.press("Enter")
+    module.wait_for_telegrams("to 1: GGP 132, 0")
+    module.ask("fault reply-delay 16 ms")
+    before = len(module.telegrams())
+    module.wait_for_telegrams(*["to 1: GGP 132, 0"] * (module.log.read_text().count("to 1: GGP 132, 0") + 100))
+    requests = [line for line in module.telegrams()[before:] if " > " in line]
+    rows = sum("to 1: GGP 132, 0" in line for line in requests)
+    # Position, speed and tick timer: three requests a row.
+    assert 3 * rows > 0.7 * len(requests), (rows, len(requests))
+
+
 # Notes, in the worker of the link, when a STOP comes to it and what is written to the port.
 NOTE = """() => {
     self.noted = [];

@@ -1,7 +1,7 @@
 // Each axis in words.
 
 import { make, words } from '../dom.js';
-import { read } from './read.js';
+import { Reading, read } from './read.js';
 
 /** @typedef {import('../types.js').StatusLine} StatusLine */
 
@@ -107,8 +107,7 @@ export class AxesPanel {
         this.root = root;
         this.services = services;
         this.root.classList.add('status-axes');
-        this.end = () => {};
-        this.turn = 0;
+        this.reading = new Reading(services);
         this.gone();
     }
 
@@ -116,27 +115,19 @@ export class AxesPanel {
      * A module is there, perhaps the same as before.
      * @param {import('./read.js').There} there
      */
-    async module({ product, address }) {
+    async module(there) {
         this.gone();
-        const { turn, services } = this;
-        /** @type {import('../types.js').StatusRequests} */
-        let told;
-        try {
-            told = await services.ask('status_requests', { address, product });
-        } catch (error) {
-            if (turn === this.turn) {
-                this.root.replaceChildren(make('p', {}, words(error)));
-            }
-            return;
-        }
-        if (turn !== this.turn) {
+        const { services } = this;
+        const { product } = there;
+        const told = await this.reading.begin(there, (why) => this.root.replaceChildren(make('p', {}, why)));
+        if (!told) {
             return;
         }
         const axes = told.axes.map((axis) => new AxisWords(axis, services));
         this.root.replaceChildren(...axes.map(({ section }) => section));
         const ask = (/** @type {AxisWords} */ { axis, count }, /** @type {number} */ from, /** @type {(number | null)[]} */ values) =>
             services.ask('status_words', { product, axis, values: values.slice(from, from + count) });
-        this.end = read(
+        this.reading.end = read(
             this.root,
             services,
             told.axes.flatMap(({ requests }) => requests),
@@ -155,9 +146,7 @@ export class AxesPanel {
 
     /** The module is there no more. */
     gone() {
-        this.turn += 1;
-        this.end();
-        this.end = () => {};
+        this.reading.stop();
         this.root.replaceChildren(make('p', {}, 'no module'));
     }
 

@@ -1,7 +1,7 @@
 // Inputs and outputs: what is read of them, and switches for what can be switched.
 
 import { make, words, write } from '../dom.js';
-import { read, setAttribute } from './read.js';
+import { Reading, read, setAttribute } from './read.js';
 
 /** @typedef {import('../types.js').StatusPort} StatusPort */
 /** @typedef {import('../types.js').StatusReading} StatusReading */
@@ -35,8 +35,7 @@ export class InputsPanel {
         // Told here, and announced: what is shown of an output is what was read back.
         this.message = make('p', { class: 'status-message' });
         this.root.append(this.body, this.message);
-        this.end = () => {};
-        this.turn = 0;
+        this.reading = new Reading(services);
         this.gone();
     }
 
@@ -44,20 +43,12 @@ export class InputsPanel {
      * A module is there, perhaps the same as before.
      * @param {import('./read.js').There} there
      */
-    async module({ product, address }) {
+    async module(there) {
         this.gone();
-        const { turn, services } = this;
-        /** @type {import('../types.js').StatusRequests} */
-        let told;
-        try {
-            told = await services.ask('status_requests', { address, product });
-        } catch (error) {
-            if (turn === this.turn) {
-                this.message.textContent = words(error);
-            }
-            return;
-        }
-        if (turn !== this.turn) {
+        const { services } = this;
+        const { product } = there;
+        const told = await this.reading.begin(there, (why) => (this.message.textContent = why));
+        if (!told) {
             return;
         }
         /** @type {((reading: StatusReading) => void)[]} */
@@ -79,7 +70,7 @@ export class InputsPanel {
         });
         const note = told.note === null ? [] : [make('p', {}, told.note)];
         this.body.replaceChildren(...note, ...tables);
-        this.end = read(
+        this.reading.end = read(
             this.root,
             services,
             requests,
@@ -90,9 +81,7 @@ export class InputsPanel {
 
     /** The module is there no more. */
     gone() {
-        this.turn += 1;
-        this.end();
-        this.end = () => {};
+        this.reading.stop();
         this.message.textContent = '';
         this.body.replaceChildren(make('p', {}, 'no module'));
     }
@@ -155,7 +144,7 @@ export class InputsPanel {
         if (button.getAttribute('aria-busy') === 'true') {
             return;
         }
-        const { turn } = this;
+        const { turn } = this.reading;
         button.setAttribute('aria-busy', 'true');
         this.message.textContent = '';
         try {
@@ -163,7 +152,7 @@ export class InputsPanel {
                 throw new Error('the module has not carried it out');
             }
         } catch (error) {
-            if (turn === this.turn) {
+            if (turn === this.reading.turn) {
                 this.message.textContent = `${name}: ${words(error)}`;
                 this.services.announce(this.message.textContent);
             }

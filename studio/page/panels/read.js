@@ -1,5 +1,7 @@
 // What the panels of inputs and axes share: values that are read again and again, and elements to show them.
 
+import { words } from '../dom.js';
+
 /**
  * What a panel asks of the page.
  * @typedef {object} Services
@@ -95,6 +97,43 @@ export function read(element, services, requests, tell, draw) {
         ended = true;
         end();
     };
+}
+
+/** What a panel reads of the module that is there, as long as it is. */
+export class Reading {
+    /** @param {Services} services */
+    constructor(services) {
+        this.services = services;
+        /** Counts the modules, so that what was asked of one is not shown of another. */
+        this.turn = 0;
+        this.end = () => {};
+    }
+
+    /**
+     * Asks what there is to be read. Undefined if that is not known, or not wanted any more.
+     * @param {There} there
+     * @param {(why: string) => void} fail takes why it is not known
+     * @returns {Promise<import('../types.js').StatusRequests | undefined>}
+     */
+    async begin({ product, address }, fail) {
+        const { turn } = this;
+        try {
+            const told = await this.services.ask('status_requests', { address, product });
+            return turn === this.turn ? told : undefined;
+        } catch (error) {
+            if (turn === this.turn) {
+                fail(words(error));
+            }
+            return undefined;
+        }
+    }
+
+    /** The module is there no more. */
+    stop() {
+        this.turn += 1;
+        this.end();
+        this.end = () => {};
+    }
 }
 
 /**
