@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from bed import PATIENCE
-from bed.browser import Browser
+from bed.browser import Browser, until
 from bed.server import Site
 from playwright.sync_api import Locator, Page, expect
 
@@ -49,11 +47,8 @@ class Bench:
         self.until("!editor.checks.isAsked")
 
     def until(self, condition: str) -> None:
-        """Waits until that is so. The policy of the page forbids it to evaluate texts itself."""
-        end = time.monotonic() + PATIENCE
-        while not self.page.evaluate(condition):
-            assert time.monotonic() < end, condition
-            time.sleep(0.02)
+        """Waits until that is so."""
+        until(self.page, condition)
 
     @property
     def text(self) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from bed import browser as browsers
-from bed.browser import Browser
+from bed.browser import Browser, until
 from bed.fake import Fake, reply
 from bed.module import VirtualModule
 from bed.server import Site
@@ -133,8 +133,7 @@ def test_a_late_reply_is_not_taken_for_another_ones(studio: Studio, ports: Path)
         studio.line.press("Enter")
         came = link.evaluate("came")
         fake.say(reply(silent, 4444))
-        while link.evaluate("came") < came + 9:
-            studio.page.wait_for_timeout(20)
+        until(link, f"came >= {came} + 9")
         assert not any(request[1:3] == bytes([6, 250]) for request in fake.requests)
         link.evaluate("release()")
         expect(studio.replies.last).to_contain_text("GAP 250, 0: 250 ")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped]
-from bed.browser import Browser
+from bed.browser import Browser, until
 from bed.module import ROOT
 from bed.server import Site
 from playwright.sync_api import Locator, Page, expect
@@ -461,7 +461,7 @@ def test_a_module_that_goes_takes_its_values_with_it(panel: Panel) -> None:
     panel.page.evaluate("play.holds = true")
     panel.input("maximum current").fill("5")
     panel.input("maximum current").press("Enter")
-    panel.page.wait_for_function("play.held.length === 1")
+    until(panel.page, "play.held.length === 1")
     panel.page.evaluate("play.panel.gone()")
     expect(panel.state).to_have_text("no module")
     expect(panel.table.get_by_role("rowheader")).to_have_count(0)

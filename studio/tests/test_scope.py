@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from bed.browser import Browser
+from bed.browser import Browser, until
 from bed.module import ROOT
 from bed.server import Site
 from playwright.sync_api import Locator, Page, expect
@@ -118,10 +118,8 @@ class Scope:
         return file
 
     def wait(self, condition: str) -> None:
-        """Waits for a condition. Playwright's own way makes JavaScript of a text, which the page's policy forbids."""
-        self.page.evaluate(
-            f"() => new Promise(done => (function look() {{ {condition} ? done() : requestAnimationFrame(look); }})())"
-        )
+        """Waits for a condition."""
+        until(self.page, condition)
 
     def state(self) -> dict[str, Any]:
         """What is kept."""

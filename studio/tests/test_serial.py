@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from bed import browser as browsers
-from bed.browser import Browser
+from bed.browser import Browser, until
 from bed.module import VirtualModule
 from bed.server import Site
 from playwright.sync_api import Playwright, expect
@@ -242,8 +242,7 @@ def test_a_hundred_stops(studio: Studio, module: VirtualModule) -> None:
         studio.page.keyboard.press("Escape")
     # Until the last STOP is on the wire, whatever that takes.
     last = "noted.findLastIndex(([what]) => what === 'asked')"
-    while not link.evaluate(f"noted.slice({last}).some(([what]) => what === {MST})"):
-        studio.page.wait_for_timeout(50)
+    until(link, f"noted.slice({last}).some(([what]) => what === {MST})")
     noted: list[tuple[str | int, float]] = link.evaluate("noted")
     waits = []
     for index, (what, asked) in enumerate(noted):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -115,6 +116,17 @@ class Browser:
         """Playwright tells what a service worker logs, but not what it does not catch, so that is logged."""
         with suppress(Error):
             worker.evaluate(LOG_UNCAUGHT)
+
+
+def until(page: Page | Worker, condition: str) -> None:
+    """Waits until a condition of JavaScript holds in a page or worker.
+
+    Playwright's own `wait_for_function` has the page make JavaScript of a text when the condition does not hold at
+    once, which the policy of the studio's page forbids."""
+    end = time.monotonic() + PATIENCE
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, condition
+        time.sleep(0.02)
 
 
 @contextmanager
