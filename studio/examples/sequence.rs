@@ -52,12 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         loop {
             let turn = module.turn(&clock);
-            turn.lines.iter().for_each(|line| println!("{line}"));
+            turn.lines.iter().for_each(|told| println!("{}", told.line));
             if let Some(finished) = turn.replies.first() {
                 println!("{}", serde_json::to_string(&finished.outcome)?);
                 break;
             }
-            if is_line && turn.lines.iter().any(|line| line.starts_with("{\"ok\"")) {
+            if is_line && turn.lines.iter().any(|told| told.ticket.is_some()) {
                 break;
             }
         }

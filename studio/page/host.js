@@ -73,6 +73,8 @@ export class Host {
             return link.request({ request: asked.send, timeout: SEND_TIMEOUT });
         } else if (asked.log) {
             return { text: link.takeLog() };
+        } else if (asked.see) {
+            return link.see(asked.see);
         } else if (asked.control !== undefined) {
             return link.control(asked.control);
         }

@@ -13,6 +13,7 @@ import { Sampler } from './sampler.js';
  * @property {(texts: string[]) => import('./types.js').SampleRow} [look] looks at curves without a telegram
  * @property {(texts: string[], hear: (rows: import('./types.js').SampleRow[]) => void) => void} [watch] gives a row for each
  *     millisecond
+ * @property {(texts: string[]) => import('./types.js').WorldSeen} [see] looks at curves, and at how time goes
  * @property {boolean} [paused] its time does not go by itself
  * @property {(line: string) => Promise<string>} control
  * @property {() => Promise<void>} close
@@ -261,6 +262,17 @@ export class Link {
     async sample(request) {
         const outcome = await this.#exchange(SAMPLE, request, SAMPLE_TIMEOUT);
         return this.doors.ask('scope_value', { request, outcome }).value;
+    }
+
+    /**
+     * Values of the world of a virtual module, and how its time goes.
+     * @param {string[]} texts
+     */
+    see(texts) {
+        if (!this.source.see) {
+            throw new Error('only a virtual module has a world');
+        }
+        return this.source.see(texts);
     }
 
     /**

@@ -6,7 +6,7 @@
 /** @typedef {{ product: string, world: string | null }} Start */
 /** @typedef {{ line: string }} Line */
 /** @typedef {{ ticket: number }} Ticket */
-/** @typedef {{ replies: Finished[], lines: string[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, nap: number }} Turn */
+/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, nap: number }} Turn */
 /** @typedef {{ ticket: number, outcome: Outcome }} Finished */
 /** @typedef {{ bytes: number[] }} Bytes */
 /** @typedef {{ outcome: Outcome | null }} Taken */
@@ -95,3 +95,13 @@
 /** @typedef {{ axis: number }} StatusOf */
 
 export {};
+/** @typedef {{ ticket: number | null, line: string }} LineTold */
+/** @typedef {{ touchables: WorldTouchable[], stages: WorldStage[] }} WorldOffers */
+/** @typedef {{ axis: number | null, name: string, how: WorldTouch, shown: string | null }} WorldTouchable */
+/** @typedef {{ switch: WorldSwitch } | { number: WorldNumber } | { choice: WorldState[] }} WorldTouch */
+/** @typedef {{ on: string, off: string }} WorldSwitch */
+/** @typedef {{ before: string, behind: string, least: number, greatest: number, step: number, unit: string, once: boolean }} WorldNumber */
+/** @typedef {{ name: string, line: string }} WorldState */
+/** @typedef {{ turn: number, circle: number | null, lowest: number | null, highest: number | null, zones: WorldZone[] }} WorldStage */
+/** @typedef {{ name: string, from: number | null, to: number | null }} WorldZone */
+/** @typedef {{ row: SampleRow, paused: boolean, factor: number, wanted: number | null }} WorldSeen */

@@ -23,8 +23,9 @@ export class VirtualSource {
         this.starts = 0;
         /** @type {Map<number, (outcome: Outcome) => void>} */
         this.asked = new Map();
-        /** @type {((line: string) => void)[]} */
-        this.lines = [];
+        /** Lines of the control port that are not answered yet, by their numbers.
+         * @type {Map<number, (line: string) => void>} */
+        this.lines = new Map();
         this.open = true;
         /** @type {ReturnType<typeof setTimeout> | undefined} */
         this.timer = undefined;
@@ -39,7 +40,7 @@ export class VirtualSource {
         }
         try {
             const nap = this.#pass();
-            this.timer = setTimeout(() => this.#turn(), this.asked.size + this.lines.length > 0 ? 0 : nap);
+            this.timer = setTimeout(() => this.#turn(), this.asked.size + this.lines.size > 0 ? 0 : nap);
         } catch (error) {
             this.open = false;
             this.asked.forEach((resolve) => resolve({ lost: 'the virtual module has ended' }));
@@ -55,9 +56,10 @@ export class VirtualSource {
             this.asked.get(ticket)?.(outcome);
             this.asked.delete(ticket);
         }
-        for (const line of turn.lines) {
-            const waits = line.startsWith('{"ok"') ? this.lines.shift() : undefined;
+        for (const { ticket, line } of turn.lines) {
+            const waits = ticket === null ? undefined : this.lines.get(ticket);
             waits ? waits(line) : this.tell({ line });
+            this.lines.delete(ticket ?? 0);
         }
         this.paused = turn.paused;
         if ((turn.powered && !this.powered) || turn.starts !== this.starts) {
@@ -107,6 +109,15 @@ export class VirtualSource {
     }
 
     /**
+     * Values of curves, looked at without letting time pass, and how it goes.
+     * @param {string[]} texts
+     * @returns {import('./types.js').WorldSeen}
+     */
+    see(texts) {
+        return this.doors.ask('virtual_see', { texts });
+    }
+
+    /**
      * A row of curves for each millisecond from now on.
      * @param {string[]} texts
      * @param {(rows: import('./types.js').SampleRow[]) => void} hear
@@ -152,8 +163,8 @@ export class VirtualSource {
      */
     control(line) {
         return new Promise((resolve) => {
-            this.lines.push(resolve);
-            this.doors.ask('virtual_control', { line });
+            const { ticket } = this.doors.ask('virtual_control', { line });
+            this.lines.set(ticket, resolve);
             this.#turn();
         });
     }

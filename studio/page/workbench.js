@@ -10,6 +10,7 @@ import { question } from './question.js';
  * @property {string | null} product null for one that is not known
  * @property {number} address
  * @property {boolean} isVirtual
+ * @property {import('./types.js').Start} [started] how it was started, if it is a virtual one
  */
 
 /**

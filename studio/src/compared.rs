@@ -104,7 +104,9 @@ fn the_page_has_the_same_types() {
     }
     for outcome in outcomes {
         let finished = Finished { ticket: 1, outcome: outcome.clone() };
-        let (lines, messages) = (vec!["{}".into()], vec!["warning".into()]);
+        let (told, messages) = ([None, Some(5)], vec!["warning".into()]);
+        let lines = told.map(|ticket| LineTold { ticket, line: "{}".into() }).to_vec();
+        examples.extend(lines.iter().map(|line| ("LineTold", json!(line))));
         examples.push(("Outcome", json!(outcome)));
         examples.push(("Read", json!(Read { request, outcome: outcome.clone() })));
         examples.push(("Taken", json!(Taken { outcome: Some(outcome) })));
@@ -132,6 +134,7 @@ fn the_page_has_the_same_types() {
     examples.extend(crate::program::examples());
     examples.extend(crate::scope::examples());
     examples.extend(crate::status::examples());
+    examples.extend(crate::world::examples());
     examples.extend(crate::language::examples());
     examples.extend(crate::parameters::types::examples());
     examples.extend(crate::parameters::view::examples());

@@ -18,7 +18,7 @@ use crate::serial::SerialPort;
 use crate::tools::Tools;
 use crate::types::{Answer, Nothing, Progress};
 use crate::virtual_module::Virtual;
-use crate::{language, parameters, scope, status, stop, tools};
+use crate::{language, parameters, scope, status, stop, tools, world};
 
 /// What a door gives.
 type Given<T> = Result<T, Failure>;
@@ -125,14 +125,15 @@ doors! {
     /// Gives a request to the virtual module.
     virtual_ask: |request| with_virtual(|module| module.ask(request));
     /// Gives a line of the control port to the virtual module.
-    virtual_control: |line| with_virtual(|module| {
-        module.control(&line, imports::time());
-        Nothing {}
-    });
+    virtual_control: |line| with_virtual(|module| module.control(&line, imports::time()));
     /// Lets time pass for the virtual module, up to the present.
     virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&imports::time));
     /// Values of the virtual module, which are looked at without letting time pass.
     virtual_look: |watched| with_virtual(|module| module.look(&watched));
+    /// The same, and how its time goes.
+    virtual_see: |watched| with_virtual(|module| module.see(&watched, imports::time()));
+    /// What there is to be touched and drawn in a world.
+    world_offers: |start| world::offers(&start).map_err(Failure::Failed);
     /// Makes a row of values of the virtual module at each of its milliseconds from now on.
     virtual_watch: |watched| with_virtual(|module| module.watch(&watched));
     /// The bytes of a request on a serial port.
@@ -369,7 +370,7 @@ mod tests {
         assert_eq!(ask(virtual_ask, &asked.to_string())["ok"]["ticket"], 1);
         ask(virtual_control, r#"{"line":"state"}"#);
         let turn = ask(virtual_turn, "{}");
-        assert!(turn["ok"]["lines"][0].as_str().unwrap().starts_with(r#"{"ok":true"#), "{turn}");
+        assert!(turn["ok"]["lines"][0]["line"].as_str().unwrap().starts_with(r#"{"ok":true"#), "{turn}");
         assert!(ask(virtual_start, r#"{"product":"9","world":null}"#)["error"].is_string());
     }
 

@@ -7,6 +7,7 @@
 //! * [`doors`] - what the page calls, and what is called of it; the only file with `unsafe`
 //! * [`types`] - what is asked, and what is told
 //! * [`virtual_module`] - a virtual module, and the lines of its control port
+//! * [`world`] - what there is to be touched and drawn around it
 //! * [`serial`] - telegrams of nine bytes on a stream of bytes
 //! * [`stop`] - what stops all motors
 //! * [`log`] - what goes over a link, in lines
@@ -35,3 +36,4 @@ pub mod stop;
 pub mod tools;
 pub mod types;
 pub mod virtual_module;
+pub mod world;

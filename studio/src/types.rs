@@ -126,6 +126,16 @@ pub struct Ticket {
     pub ticket: u32,
 }
 
+/// A line of the control port for the page.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineTold {
+    /// The number of the line that it answers; null for one of a watch.
+    pub ticket: Option<u32>,
+    /// The line, without its end.
+    pub line: String,
+}
+
 /// What has come of a turn of a virtual module.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -133,7 +143,7 @@ pub struct Turn {
     /// Requests that are over.
     pub replies: Vec<Finished>,
     /// Lines of the control port: answers, and lines of a watch.
-    pub lines: Vec<String>,
+    pub lines: Vec<LineTold>,
     /// What a person should be told.
     pub messages: Vec<String>,
     /// Rows of the values that are watched.

@@ -17,14 +17,13 @@ use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
 
 use crate::recorder::Recorder;
 use crate::scope::Watched;
-use crate::types::{Finished, Line, Module, Nothing, Outcome, Request, SampleRow, Start, Ticket, Turn};
+use crate::types::{Finished, Line, LineTold, Module, Nothing, Outcome, Request, SampleRow, Start, Ticket, Turn};
+use crate::world::{self, WorldSeen};
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
 /// Longest sleep while the module has nothing to do.
 const NAP: Duration = Duration::from_millis(10);
-/// The page, which is the only one at the control port.
-const PAGE: ControllerId = ControllerId(1);
 
 /// A virtual module, and who asks it.
 pub struct Virtual {
@@ -47,7 +46,7 @@ pub struct Virtual {
 struct Page {
     watch: Option<Watch>,
     recorder: Option<Recorder>,
-    lines: Vec<String>,
+    lines: Vec<LineTold>,
 }
 
 impl Watcher for Page {
@@ -58,7 +57,7 @@ impl Watcher for Page {
 
     fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         if let Some(watch) = self.watch.as_mut().filter(|watch| watch.due() <= fleet.now()) {
-            self.lines.push(watch.take(fleet));
+            self.lines.push(LineTold { ticket: None, line: watch.take(fleet) });
         }
         if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.due() <= fleet.now()) {
             recorder.take(fleet);
@@ -83,14 +82,9 @@ impl Virtual {
     ///
     /// # Errors
     /// There is no such product, or its world cannot be so.
-    pub fn start(Start { product, world }: &Start, at: Duration) -> Result<Self, String> {
-        let product = product::named(product)?;
-        let world = match world {
-            Some(text) => {
-                WorldConfig::parse_for(product.kind(), text).map_err(|error| format!("the world: {error}"))?
-            }
-            None => WorldConfig::default(),
-        };
+    pub fn start(start: &Start, at: Duration) -> Result<Self, String> {
+        let product = product::named(&start.product)?;
+        let world = world::config(start)?;
         let fleet = fleet(product, &world, None);
         let timekeeper = Timekeeper::new(Speed::Factor(1.0), None, at, fleet.now());
         Ok(Virtual {
@@ -124,6 +118,13 @@ impl Virtual {
         Recorder::new(watched, self.product, self.fleet.now()).look(&mut self.fleet)
     }
 
+    /// The values of curves now, and how time goes.
+    pub fn see(&mut self, watched: &Watched, at: Duration) -> WorldSeen {
+        let row = self.look(watched);
+        let (paused, factor) = (self.timekeeper.is_paused(), self.timekeeper.pace(at, self.fleet.now()));
+        WorldSeen { row, paused, factor, wanted: self.timekeeper.wanted() }
+    }
+
     /// Makes a row of these curves at each millisecond from now on, in place of those before.
     pub fn watch(&mut self, watched: &Watched) -> Nothing {
         let recorder = Recorder::new(watched, self.product, self.fleet.now());
@@ -131,39 +132,46 @@ impl Virtual {
         Nothing {}
     }
 
-    /// Takes a line of the control port. Its answer comes with a later turn.
-    pub fn control(&mut self, Line { line }: &Line, at: Duration) {
+    /// Takes a line of the control port. Its answer comes with a later turn, perhaps behind that to a later line.
+    pub fn control(&mut self, Line { line }: &Line, at: Duration) -> Ticket {
+        self.last = self.last.wrapping_add(1);
+        let ticket = self.last;
+        // Each line is that of somebody else, as if it came over a connection of its own.
+        let asker = ControllerId(ticket.into());
         let Virtual { fleet, timekeeper, inquiries, kinds, .. } = self;
-        match carry_out(PAGE, line, kinds, fleet, timekeeper, inquiries, at) {
+        match carry_out(asker, line, kinds, fleet, timekeeper, inquiries, at) {
             Ok(Carried::Later) => {}
-            Ok(Carried::Done(told)) => self.answer(Ok(told)),
+            Ok(Carried::Done(told)) => self.answer(asker, Ok(told)),
             Ok(Carried::Watch(watch)) => {
-                self.answer(Ok(Some(Told::time(watch.begun()))));
+                self.answer(asker, Ok(Some(Told::time(watch.begun()))));
                 self.page.watch = Some(watch);
             }
             Ok(Carried::Unwatch) => {
                 self.page.watch = None;
-                self.answer(Ok(None));
+                self.answer(asker, Ok(None));
             }
-            Err(error) => self.answer(Err(error)),
+            Err(error) => self.answer(asker, Err(error)),
         }
+        Ticket { ticket }
     }
 
-    fn answer(&mut self, result: Result<Option<Told>, String>) {
-        self.page.lines.push(answer(result));
+    fn answer(&mut self, ControllerId(asker): ControllerId, result: Result<Option<Told>, String>) {
+        let ticket = u32::try_from(asker).ok();
+        self.page.lines.push(LineTold { ticket, line: answer(result) });
     }
 
     /// Lets time pass up to the present, or as far as a turn suffices.
     pub fn turn(&mut self, clock: &dyn Fn() -> Duration) -> Turn {
         let watchers = std::slice::from_mut(&mut self.page);
         self.timekeeper.run(&mut self.fleet, watchers, clock);
-        if self.timekeeper.take_restart().is_some() {
-            self.restart(clock());
+        if let Some(asker) = self.timekeeper.take_restart() {
+            self.restart(asker, clock());
         }
         let finished = self.timekeeper.serve(&mut self.fleet, std::slice::from_mut(&mut self.page), clock);
         let mut replies = Vec::new();
         if !self.timekeeper.holds_replies() {
-            self.inquiries.finished(&mut self.fleet).into_iter().for_each(|(_, result)| self.answer(result));
+            let finished = self.inquiries.finished(&mut self.fleet);
+            finished.into_iter().for_each(|(asker, result)| self.answer(asker, result));
             let fleet = &mut self.fleet;
             self.asked.retain(|(ticket, client)| match fleet.reply_to(*client) {
                 Poll::Ready(reply) => {
@@ -174,10 +182,10 @@ impl Virtual {
                 Poll::Pending => true,
             });
         }
-        finished.into_iter().for_each(|(_, result)| self.answer(result));
-        for _ in self.timekeeper.take_interrupters() {
+        finished.into_iter().for_each(|(asker, result)| self.answer(asker, result));
+        for asker in self.timekeeper.take_interrupters() {
             let told = Told::time(self.fleet.now());
-            self.answer(Ok(Some(told)));
+            self.answer(asker, Ok(Some(told)));
         }
         let messages = self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log).collect();
         let now = clock();
@@ -197,7 +205,7 @@ impl Virtual {
     }
 
     /// The module begins anew, with what its EEPROM has.
-    fn restart(&mut self, at: Duration) {
+    fn restart(&mut self, asker: ControllerId, at: Duration) {
         let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
         self.fleet = fleet(self.product, &self.world, eeprom.as_deref());
         self.starts = self.starts.wrapping_add(1);
@@ -208,10 +216,10 @@ impl Virtual {
         }
         let told = Told::time(self.fleet.now());
         if self.page.watch.take().is_some() {
-            self.page.lines.push(Watch::ended("restart"));
+            self.page.lines.push(LineTold { ticket: None, line: Watch::ended("restart") });
         }
-        self.inquiries.end().into_iter().for_each(|(_, result)| self.answer(result));
-        self.answer(Ok(Some(told)));
+        self.inquiries.end().into_iter().for_each(|(asker, result)| self.answer(asker, result));
+        self.answer(asker, Ok(Some(told)));
     }
 }
 
@@ -263,8 +271,8 @@ mod tests {
         fn control(&mut self, line: &str) -> serde_json::Value {
             self.module.control(&Line { line: line.into() }, Duration::from_millis(self.clock.get()));
             for _ in 0..10_000 {
-                if let Some(line) = self.turn().lines.pop() {
-                    return serde_json::from_str(&line).unwrap();
+                if let Some(told) = self.turn().lines.pop() {
+                    return serde_json::from_str(&told.line).unwrap();
                 }
             }
             panic!("no answer to {line}");

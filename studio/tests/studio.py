@@ -69,7 +69,8 @@ class Studio:
         self.around.fill(line)
         self.around.press("Enter")
         expect(self.answers).to_have_count(count + 1)
-        answer: dict[str, Any] = json.loads(self.answers.nth(count).inner_text())
+        # The line stands above its answer.
+        answer: dict[str, Any] = json.loads(self.answers.nth(count).inner_text().splitlines()[-1])
         return answer
 
     def program(self, text: str) -> None:

@@ -89,8 +89,8 @@ IN_THE_BROWSER = """async steps => {
         doors.ask(ask ? "virtual_ask" : "virtual_control", ask ?? control);
         for (let over = false; !over;) {
             const { lines, replies } = doors.ask("virtual_turn");
-            said.push(...lines, ...replies.map(({ outcome }) => JSON.stringify(outcome)));
-            over = ask ? replies.length > 0 : lines.some(line => line.startsWith('{"ok"'));
+            said.push(...lines.map(({ line }) => line), ...replies.map(({ outcome }) => JSON.stringify(outcome)));
+            over = ask ? replies.length > 0 : lines.some(({ ticket }) => ticket !== null);
         }
     }
     return said;

@@ -3,9 +3,11 @@
 mod reply;
 mod state;
 pub mod time;
+mod touch;
 
 pub use reply::ReplyFault;
 pub use state::{AxisState, State, Switches};
+pub use touch::{Touch, Touchable, touchables};
 
 use crate::board::{Board, BoardKind, MotionChips};
 use crate::fault::{CanState, Fault};

@@ -15,6 +15,15 @@ pub enum Pin {
 }
 
 impl Pin {
+    /// Its name in world files and lines of the control port.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Home => "home",
+        }
+    }
+
     /// The bit of this pin in a set of pins.
     pub(super) const fn bit(self) -> u8 {
         match self {

@@ -28,6 +28,9 @@ export class Connection {
          * @type {any} */
         this.chosen = undefined;
         this.isVirtual = false;
+        /** How the virtual module was started.
+         * @type {import('../types.js').Start | undefined} */
+        this.started = undefined;
         const product = /** @type {HTMLSelectElement} */ (at('product'));
         const world = /** @type {HTMLSelectElement} */ (at('surroundings'));
         at('start').onclick = () =>
@@ -71,6 +74,7 @@ export class Connection {
         this.#leaveDanger();
         this.#say('opening');
         this.isVirtual = wanted.virtual !== undefined;
+        this.started = wanted.virtual;
         const address = Number(/** @type {HTMLInputElement} */ (at('address')).value);
         try {
             await this.session.open(wanted, this.isVirtual ? 1 : address);
@@ -93,7 +97,7 @@ export class Connection {
         }
         at('module').textContent = product === null ? `${name}, which is not known here` : name;
         this.#say('connected');
-        this.bench.is({ name, product, address: this.session.address, isVirtual: this.isVirtual });
+        this.bench.is({ name, product, address: this.session.address, isVirtual: this.isVirtual, started: this.started });
     }
 
     /** Asks again and again what the module is: one that has just been switched on takes its time. */

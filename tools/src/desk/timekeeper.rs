@@ -162,15 +162,20 @@ impl Timekeeper {
 
     /// How time goes, for the answer to `state`.
     pub fn report(&mut self, state: State, at: Duration, now: Nanos) -> Report {
+        Report { state, time: self.going(), speed_factor: self.pace(at, now), speed_wanted: self.wanted() }
+    }
+
+    /// How fast time has been going lately, as a factor of the clock, in thousandths.
+    pub fn pace(&mut self, at: Duration, now: Nanos) -> f64 {
         if self.is_paused() {
             self.pacer.rest(at, now);
         }
-        Report {
-            state,
-            time: self.going(),
-            speed_factor: (self.pacer.achieved() * 1000.0).round() / 1000.0,
-            speed_wanted: self.pacer.wanted().factor(),
-        }
+        (self.pacer.achieved() * 1000.0).round() / 1000.0
+    }
+
+    /// How fast time is wanted to go, as a factor of the clock; `None` if as fast as it can.
+    pub fn wanted(&self) -> Option<f64> {
+        self.pacer.wanted().factor()
     }
 
     /// Whether time goes by the clock.

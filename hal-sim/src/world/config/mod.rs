@@ -10,7 +10,7 @@ mod stage;
 mod wrong;
 
 pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable};
-pub use stage::StageConfig;
+pub use stage::{StageConfig, Zone};
 
 use super::motor::FULL_TORQUE;
 use crate::board::kind::BoardKind;

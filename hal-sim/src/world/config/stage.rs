@@ -38,6 +38,17 @@ pub struct StageConfig {
     pub hard_right: Option<i64>,
 }
 
+/// Positions that close a switch, on the rotor's scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Zone {
+    /// The switch.
+    pub pin: Pin,
+    /// The lowest position that closes it; `None` if all below close it, too.
+    pub from: Option<i64>,
+    /// The highest position that closes it; `None` if all above close it, too.
+    pub to: Option<i64>,
+}
+
 /// An end switch: the positions that close it, as far as they have an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EndSwitch {
@@ -61,6 +72,20 @@ impl StageConfig {
         let left = self.left.map(|at| EndSwitch { pin: Pin::Left, at, width: self.left_width });
         let right = self.right.map(|at| EndSwitch { pin: Pin::Right, at, width: self.right_width });
         if self.reversed { (right, left) } else { (left, right) }
+    }
+
+    /// Where the switches are closed by the stage: the lower end switch first, then the upper one and the home switch.
+    pub fn zones(&self) -> Vec<Zone> {
+        let (low, high) = self.ends();
+        let low =
+            low.map(|EndSwitch { pin, at, width }| Zone { pin, from: width.map(|width| at - width + 1), to: Some(at) });
+        let high = high.map(|EndSwitch { pin, at, width }| Zone {
+            pin,
+            from: Some(at),
+            to: width.map(|width| at + width - 1),
+        });
+        let home = self.home.map(|[from, to]| Zone { pin: Pin::Home, from: Some(from), to: Some(to) });
+        [low, high, home].into_iter().flatten().collect()
     }
 
     pub(super) fn check(&self) -> Result<(), Wrong> {

@@ -1,0 +1,47 @@
+// The time of a virtual module: held, stepped, hurried, and let go until something is the case.
+
+import { button, make, press, write } from '../dom.js';
+
+/** How far behind the clock time is before that is told. */
+const BEHIND = 0.95;
+
+/** The controls of time. */
+export class Time {
+    /** @param {(line: string) => Promise<boolean>} carryOut */
+    constructor(carryOut) {
+        this.paused = false;
+        this.pause = button('Pause time', () => void carryOut(this.paused ? 'resume' : 'pause'), { 'aria-pressed': 'false' });
+        this.step = make('input', { type: 'text', value: '20 ms', size: '6', 'aria-label': 'Length of a step' });
+        this.speed = make('input', { type: 'text', value: '1', size: '4', 'aria-label': 'Speed of time' });
+        this.condition = make('input', { type: 'text', value: 'velocity = 0', size: '18', 'aria-label': 'Condition' });
+        this.longest = make('input', { type: 'text', value: '10 s', size: '5', 'aria-label': 'Longest time' });
+        this.now = make('p', { role: 'status', 'aria-live': 'off', 'aria-label': 'Virtual time' });
+        const actions = [
+            [this.step, button('Step time', () => void carryOut(`step ${this.step.value.trim()}`))],
+            [this.speed, button('Set speed', () => void carryOut(`speed ${this.speed.value.trim()}`))],
+        ];
+        const until = () => void carryOut(`run-until ${this.condition.value.trim()} max ${this.longest.value.trim()}`);
+        this.element = make(
+            'div',
+            { class: 'row' },
+            this.pause,
+            ...actions.flat(),
+            this.condition,
+            ' at most ',
+            this.longest,
+            button('Run until', until),
+            button('Interrupt', () => void carryOut('interrupt')),
+            button('Restart', () => void carryOut('restart')),
+            this.now,
+        );
+    }
+
+    /** @param {import('../types.js').WorldSeen} seen */
+    show({ row, paused, factor, wanted }) {
+        this.paused = paused;
+        press(this.pause, paused);
+        const isBehind = !paused && wanted !== null && factor < BEHIND * wanted;
+        const how = paused ? 'paused' : isBehind ? `behind: it goes at ${factor} of the clock` : 'goes';
+        write(this.now, `${(row.at / 1000).toFixed(3)} s, ${how}`);
+    }
+}

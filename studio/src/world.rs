@@ -1,0 +1,234 @@
+//! The world of a virtual module: what there is to be touched in it, and what there is to be drawn.
+
+use hal_sim::control::{Touch, Touchable, touchables};
+use hal_sim::world::config::{StageConfig, WorldConfig};
+use serde::{Deserialize, Serialize};
+use tmcl_tools::product;
+
+use crate::types::{SampleRow, Start};
+
+/// What there is to be touched and drawn in a world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldOffers {
+    /// What can be touched.
+    pub touchables: Vec<WorldTouchable>,
+    /// The stages of the axes, axis 0 first.
+    pub stages: Vec<WorldStage>,
+}
+
+/// Something that can be touched.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldTouchable {
+    /// The axis whose it is; null for what is of the whole board.
+    pub axis: Option<usize>,
+    /// What it is.
+    pub name: String,
+    /// How it is touched.
+    pub how: WorldTouch,
+    /// The curve that shows how it is; null for what nothing tells.
+    pub shown: Option<String>,
+}
+
+/// How something is touched: by which lines of the control port.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum WorldTouch {
+    /// It is on or off.
+    Switch(WorldSwitch),
+    /// It has a number.
+    Number(WorldNumber),
+    /// It is in one of several states, in the order of their numbers from 0 on.
+    Choice(Vec<WorldState>),
+}
+
+/// Lines that switch something.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldSwitch {
+    /// Switches it on.
+    pub on: String,
+    /// Switches it off.
+    pub off: String,
+}
+
+/// A line with a number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldNumber {
+    /// What stands before the number.
+    pub before: String,
+    /// What stands behind it.
+    pub behind: String,
+    /// The least number.
+    pub least: f64,
+    /// The greatest number.
+    pub greatest: f64,
+    /// Numbers are multiples of it.
+    pub step: f64,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+    /// Whether it is something that happens, and no state.
+    pub once: bool,
+}
+
+/// A state, and the line for it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldState {
+    /// Its name.
+    pub name: String,
+    /// The line.
+    pub line: String,
+}
+
+/// A stage, in 1/256 full steps on the rotor's scale.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldStage {
+    /// Length of a turn of the rotor.
+    pub turn: i64,
+    /// Length of the circle of a rotary stage; null for one that goes to and fro.
+    pub circle: Option<i64>,
+    /// The lowest position that it can reach; null if nothing blocks it.
+    pub lowest: Option<i64>,
+    /// The highest one.
+    pub highest: Option<i64>,
+    /// Where its switches are closed.
+    pub zones: Vec<WorldZone>,
+}
+
+/// Positions that close a switch.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldZone {
+    /// The switch.
+    pub name: String,
+    /// The lowest position that closes it; null if there is none.
+    pub from: Option<i64>,
+    /// The highest one.
+    pub to: Option<i64>,
+}
+
+/// How a world is at a moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldSeen {
+    /// The values that are looked at.
+    pub row: SampleRow,
+    /// Whether its time is paused.
+    pub paused: bool,
+    /// How fast time has been going lately, as a factor of the clock.
+    pub factor: f64,
+    /// How fast it is wanted to go; null if as fast as it can.
+    pub wanted: Option<f64>,
+}
+
+/// What there is in the world of a module that is started so.
+///
+/// # Errors
+/// There is no such product, or its world cannot be so.
+pub fn offers(start: &Start) -> Result<WorldOffers, String> {
+    let product = product::named(&start.product)?;
+    let (kind, world) = (product.kind(), config(start)?);
+    let stages = (0..kind.axes()).map(|axis| {
+        let axis = world.axis(axis);
+        stage(&axis.stage, axis.units_per_turn())
+    });
+    Ok(WorldOffers { touchables: touchables(kind).into_iter().map(touchable).collect(), stages: stages.collect() })
+}
+
+/// The world that a module is started in.
+///
+/// # Errors
+/// There is no such product, or its world cannot be so.
+pub fn config(Start { product, world }: &Start) -> Result<WorldConfig, String> {
+    let kind = product::named(product)?.kind();
+    let read = |text: &String| WorldConfig::parse_for(kind, text).map_err(|error| format!("the world: {error}"));
+    world.as_ref().map_or_else(|| Ok(WorldConfig::default()), read)
+}
+
+fn stage(stage: &StageConfig, turn: i64) -> WorldStage {
+    let zones =
+        stage.zones().into_iter().map(|zone| WorldZone { name: zone.pin.name().into(), from: zone.from, to: zone.to });
+    let StageConfig { circle, hard_left: lowest, hard_right: highest, .. } = *stage;
+    WorldStage { turn, circle, lowest, highest, zones: zones.collect() }
+}
+
+fn touchable(Touchable { axis, name, how, shown }: Touchable) -> WorldTouchable {
+    let how = match how {
+        Touch::Switch { on, off } => WorldTouch::Switch(WorldSwitch { on, off }),
+        Touch::Number { before, behind, least, greatest, step, unit, once } => {
+            WorldTouch::Number(WorldNumber { before, behind, least, greatest, step, unit: unit.into(), once })
+        }
+        Touch::Choice(states) => {
+            WorldTouch::Choice(states.into_iter().map(|(name, line)| WorldState { name: name.into(), line }).collect())
+        }
+    };
+    WorldTouchable { axis, name, how, shown }
+}
+
+#[cfg(test)]
+pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
+    use serde_json::json;
+    let world = String::from("[stage]\nleft = -5\nright = 9\nhard_left = -9\nhard_right = 12\ncircle = 5\n");
+    let with = offers(&Start { product: "1140".into(), world: Some(world.replace("circle = 5\n", "")) }).unwrap();
+    let mut examples = Vec::new();
+    let zone = |from, to| WorldZone { name: "left".into(), from, to };
+    for stage in [
+        with.stages[0].clone(),
+        WorldStage { turn: 1, circle: Some(5), lowest: None, highest: None, zones: vec![zone(Some(1), None)] },
+    ] {
+        examples.push(("WorldStage", json!(stage)));
+    }
+    examples.push(("WorldZone", json!(zone(None, Some(1)))));
+    let row = SampleRow { at: 1.0, values: vec![Some(1.0), None] };
+    for wanted in [Some(1.0), None] {
+        examples.push(("WorldSeen", json!(WorldSeen { row: row.clone(), paused: true, factor: 1.0, wanted })));
+    }
+    for touchable in &with.touchables {
+        examples.push(("WorldTouchable", json!(touchable)));
+        match &touchable.how {
+            how @ WorldTouch::Switch(of) => {
+                examples.push(("WorldSwitch", json!(of)));
+                examples.push(("WorldTouch", json!(how)));
+            }
+            how @ WorldTouch::Number(of) => {
+                examples.push(("WorldNumber", json!(of)));
+                examples.push(("WorldTouch", json!(how)));
+            }
+            how @ WorldTouch::Choice(of) => {
+                examples.push(("WorldState", json!(of[0])));
+                examples.push(("WorldTouch", json!(how)));
+            }
+        }
+    }
+    examples.push(("WorldOffers", json!(with)));
+    examples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start(product: &str, world: &str) -> Start {
+        Start { product: product.into(), world: Some(world.into()) }
+    }
+
+    #[test]
+    fn a_stage_is_told_as_its_world_has_it() {
+        let world = "[stage]\nleft = -1000\nright = 2000\nright_width = 10\nhome = [5, 9]\nhard_left = -1500\n";
+        let WorldOffers { stages, touchables } = offers(&start("6110", world)).unwrap();
+        assert_eq!(stages.len(), 6);
+        let WorldStage { turn, circle, lowest, highest, zones } = &stages[5];
+        assert_eq!((*turn, *circle, *lowest, *highest), (200 * 256, None, Some(-1500), None));
+        let zones: Vec<_> = zones.iter().map(|zone| (zone.name.as_str(), zone.from, zone.to)).collect();
+        assert_eq!(zones, [("left", None, Some(-1000)), ("right", Some(2000), Some(2009)), ("home", Some(5), Some(9))]);
+        let left = touchables.iter().find(|one| one.axis == Some(5) && one.name == "left switch").unwrap();
+        let lines = WorldSwitch { on: "press left 5".into(), off: "release left 5".into() };
+        assert_eq!((&left.how, left.shown.as_deref()), (&WorldTouch::Switch(lines), Some("switches.left 5")));
+        assert!(offers(&start("1140", "[motor]\nfrictoin = 1")).unwrap_err().contains("frictoin"));
+        assert!(offers(&start("9999", "")).is_err());
+    }
+}

@@ -1,0 +1,224 @@
+"""The world of a virtual module: touched, drawn, and held in time."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from bed.browser import Browser
+from bed.module import PROGRAM, ROOT
+from bed.server import Site
+from playwright.sync_api import Locator, expect
+from studio import Studio
+
+
+@pytest.fixture
+def studio(plain: Browser, studio_site: Site) -> Studio:
+    """The page, in either browser."""
+    return Studio(plain.open(studio_site.url))
+
+
+@pytest.fixture
+def in_chromium(plain_chromium: Browser, studio_site: Site) -> Studio:
+    """The page, where one browser is enough."""
+    return Studio(plain_chromium.open(studio_site.url))
+
+
+def world(studio: Studio) -> Locator:
+    """The part of the page with the world."""
+    return studio.page.get_by_role("region", name="World of the virtual module")
+
+
+def last_line(studio: Studio) -> str:
+    """The line of the control port that was carried out last."""
+    return studio.answers.last.inner_text().splitlines()[0]
+
+
+def open_axis(studio: Studio, axis: int) -> None:
+    """Opens what can be touched of an axis."""
+    world(studio).locator("summary").filter(has_text=f"Axis {axis}").click()
+
+
+def test_what_is_touched_is_a_line_and_is_seen(studio: Studio) -> None:
+    studio.start("6110")
+    open_axis(studio, 5)
+    page = studio.page
+    left = page.get_by_role("switch", name="left switch, axis 5")
+    left.click()
+    expect(left).to_have_attribute("aria-checked", "true")
+    assert last_line(studio) == "press left 5"
+    assert studio.send("GAP 11, 5").startswith("GAP 11, 5: 1 ")
+    left.click()
+    expect(left).to_have_attribute("aria-checked", "false")
+    load = page.get_by_role("spinbutton", name="load, axis 5")
+    load.fill("0.5")
+    load.press("Enter")
+    expect(studio.row("Axis 5", "load")).to_have_text("0.5")
+    assert last_line(studio) == "load 0.5 5"
+    short = page.get_by_role("switch", name="fault short-a, axis 5")
+    short.click()
+    expect(short).to_have_attribute("aria-checked", "true")
+    assert last_line(studio) == "fault short-a on 5"
+    expect(page.get_by_role("list", name="Axis 5 in words")).to_contain_text("short")
+    supply = page.get_by_role("spinbutton", name="supply")
+    supply.fill("70")
+    page.get_by_role("button", name="Set: supply").click()
+    expect(studio.answers.filter(has_text="supply 70")).to_contain_text("is not a number within 0 to 60")
+    supply.fill("12.5")
+    supply.press("Enter")
+    expect(studio.answers.filter(has_text="supply 12.5")).to_have_count(1)
+    assert studio.control("state")["supply"] == 12.5
+    page.get_by_role("combobox", name="CAN controller").select_option("off")
+    expect(studio.answers.filter(has_text="can off")).to_have_count(1)
+    assert studio.control("state")["can"] == "off"
+    expect(page.get_by_role("switch", name="power")).to_have_attribute("aria-checked", "true")
+
+
+def test_the_lines_can_be_had_as_a_file(in_chromium: Studio, tmp_path: Path) -> None:
+    studio = in_chromium
+    studio.start()
+    studio.page.get_by_role("switch", name="left switch").click()
+    expect(studio.answers).to_have_count(1)
+    studio.control("load 0.5")
+    with studio.page.expect_download() as got:
+        studio.button("Save lines").click()
+    assert Path(got.value.path()).read_text() == "press left 0\nload 0.5\n"
+
+
+def test_time_is_held_and_stepped(studio: Studio) -> None:
+    studio.start()
+    page = studio.page
+    page.get_by_role("button", name="Pause time").click()
+    now = page.get_by_role("status", name="Virtual time")
+    expect(now).to_contain_text("paused")
+    before = studio.control("state")["time_us"]
+    page.get_by_role("textbox", name="Length of a step").fill("1500 ms")
+    studio.button("Step time").click()
+    expect(studio.answers.last).to_contain_text("step 1500 ms")
+    assert studio.control("state")["time_us"] == before + 1_500_000
+    expect(now).to_contain_text(f"{(before + 1_500_000) / 1e6:.3f} s, paused")
+    # A request lets pass what it needs, and no more.
+    studio.send("MVP ABS, 0, 51200")
+    asked = studio.control("state")["time_us"] - before - 1_500_000
+    assert 0 < asked <= 10_000
+    page.get_by_role("textbox", name="Condition").fill("position = 51200")
+    studio.button("Run until").click()
+    expect(studio.answers.last).to_contain_text('"met":true')
+    expect(studio.row("Axes", "actual position (microsteps)")).to_have_text("51200")
+    page.get_by_role("textbox", name="Condition").fill("velocity > 0")
+    page.get_by_role("textbox", name="Longest time").fill("50 ms")
+    studio.button("Run until").click()
+    expect(studio.answers.last).to_contain_text('"met":false')
+    page.get_by_role("textbox", name="Condition").fill("no such thing")
+    studio.button("Run until").click()
+    expect(studio.answers.last).to_contain_text('"ok":false')
+    page.get_by_role("button", name="Pause time").click()
+    expect(now).to_contain_text("goes")
+
+
+def test_a_condition_that_never_comes_is_interrupted(studio: Studio) -> None:
+    """What is asked meanwhile is answered, whatever comes first."""
+    studio.start()
+    page = studio.page
+    page.get_by_role("button", name="Pause time").click()
+    page.get_by_role("textbox", name="Condition").fill("position = 7")
+    page.get_by_role("textbox", name="Longest time").fill("1 h")
+    studio.button("Run until").click()
+    # Its own answer comes before that of the line before.
+    studio.page.get_by_role("switch", name="left switch").click()
+    expect(studio.answers.last).to_contain_text("press left 0")
+    studio.button("Interrupt").click()
+    expect(studio.answers.filter(has_text="run-until position = 7 max 1 h")).to_contain_text('"met":false')
+    expect(studio.answers.filter(has_text="interrupt")).to_contain_text('"ok":true')
+
+
+def test_equal_sessions_give_equal_numbers(in_chromium: Studio) -> None:
+    """Paused, the computer's speed makes no difference."""
+    studio = in_chromium
+    numbers = []
+    for _ in range(2):
+        studio.start("3110")
+        studio.is_read()
+        studio.control("pause")
+        # A module that begins anew is read anew.
+        readings = studio.job("Read all")
+        count = readings.count()
+        studio.control("restart")
+        expect(readings).to_have_count(count + 1)
+        expect(readings.last).to_contain_text("done")
+        studio.control("step 100 ms")
+        studio.send("ROR 2, 400")
+        studio.control("step 700 ms")
+        studio.control("load 0.4 2")
+        studio.control("step 900 ms")
+        axes = studio.control("state")["axes"]
+        numbers.append([axes[2][name] for name in ("position", "velocity", "rotor", "lost_steps")])
+        assert axes[2]["velocity"] > 0
+    assert numbers[0] == numbers[1]
+
+
+def test_rotor_and_stage_are_drawn_to_scale(in_chromium: Studio) -> None:
+    studio = in_chromium
+    studio.button("New").click()
+    studio.program("[stage]\nleft = -51200\nright = 102400\nhard_left = -102400\nhard_right = 153600\n")
+    studio.button("Rename").click()
+    name = studio.page.get_by_role("textbox", name="New name")
+    name.fill("stage.toml")
+    name.press("Enter")
+    studio.page.get_by_role("combobox", name="World").select_option("stage.toml")
+    studio.start()
+    studio.control("pause")
+    studio.send("MVP ABS, 0, 12800")
+    studio.control("run-until position = 12800 max 10 s")
+    expect(studio.row("Axis 0", "rotor (1/256 full steps)")).to_have_text(re.compile("^1[0-9]{4}$"))
+    drawn = studio.page.get_by_role("img", name="Rotor and stage of axis 0")
+    rotor = int(studio.row("Axis 0", "rotor (1/256 full steps)").inner_text())
+    # The way of 256 000 units is 296 long and begins at 96; a quarter of a turn is 12 800 units.
+    carriage = drawn.locator(".world-carriage")
+    expected = 96 + 296 * (rotor + 102_400) / 256_000
+    expect(carriage).to_have_attribute("transform", f"translate({expected:.1f} 0)")
+    hand = drawn.locator(".world-hand")
+    expect(hand).to_have_attribute("transform", f"rotate({rotor / 51_200 * 360:.1f} 40 40)")
+    zones = drawn.locator(".world-zone")
+    expect(zones).to_have_count(2)
+    left, right = zones.nth(0), zones.nth(1)
+    assert float(left.get_attribute("x") or "") == 96
+    assert float(left.get_attribute("width") or "") == pytest.approx(296 * 51_200 / 256_000)
+    assert float(right.get_attribute("x") or "") == pytest.approx(96 + 296 * 204_800 / 256_000)
+    studio.control("press left")
+    expect(left).to_have_class(re.compile("world-closed"))
+
+
+def test_where_nothing_is_to_move_the_drawing_goes_on_in_steps(plain_chromium: Browser, studio_site: Site) -> None:
+    page = plain_chromium.new_context(reduced_motion="reduce").new_page()
+    page.goto(studio_site.url)
+    studio = Studio(page)
+    studio.start()
+    studio.send("ROR 0, 500")
+    hand = page.get_by_role("img", name="Rotor and stage of axis 0").locator(".world-hand")
+    changes = hand.evaluate(
+        """hand => new Promise(done => {
+            let count = 0;
+            new MutationObserver(() => { count += 1; }).observe(hand, { attributes: true });
+            setTimeout(() => done(count), 2500);
+        })"""
+    )
+    # Each look draws once for the rotor and once for each switch.
+    assert changes <= 3 * 4
+
+
+def test_the_same_module_in_tmcl(in_chromium: Studio) -> None:
+    """What is offered are lines that `tmcl sim` takes as well."""
+    assert PROGRAM.exists()
+    assert (ROOT / "docs" / "control.md").exists()
+    studio = in_chromium
+    studio.start("3212")
+    open_axis(studio, 2)
+    for switch in world(studio).get_by_role("switch").all():
+        if switch.is_visible() and "power" not in switch.inner_text() and "USB" not in switch.inner_text():
+            switch.click()
+    expect(studio.answers.first).to_be_visible()
+    for answer in studio.answers.all_inner_texts():
+        assert json.loads(answer.splitlines()[-1])["ok"] is True, answer
