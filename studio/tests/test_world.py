@@ -52,7 +52,7 @@ def test_what_is_touched_is_a_line_and_is_seen(studio: Studio) -> None:
     assert studio.send("GAP 11, 5").startswith("GAP 11, 5: 1 ")
     left.click()
     expect(left).to_have_attribute("aria-checked", "false")
-    load = page.get_by_role("spinbutton", name="load, axis 5")
+    load = page.get_by_role("textbox", name="load, axis 5")
     load.fill("0.5")
     load.press("Enter")
     expect(studio.row("Axis 5", "load")).to_have_text("0.5")
@@ -62,7 +62,7 @@ def test_what_is_touched_is_a_line_and_is_seen(studio: Studio) -> None:
     expect(short).to_have_attribute("aria-checked", "true")
     assert last_line(studio) == "fault short-a on 5"
     expect(page.get_by_role("list", name="Axis 5 in words")).to_contain_text("short")
-    supply = page.get_by_role("spinbutton", name="supply")
+    supply = page.get_by_role("textbox", name="supply", exact=True)
     supply.fill("70")
     page.get_by_role("button", name="Set: supply").click()
     expect(studio.answers.filter(has_text="supply 70")).to_contain_text("is not a number within 0 to 60")

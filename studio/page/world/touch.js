@@ -54,14 +54,19 @@ function toggle(name, label, { on, off }, isShown, carryOut) {
  * @param {(line: string) => Promise<boolean>} carryOut
  */
 function number(name, label, { before, behind, least, greatest, step, unit, once }, carryOut) {
-    const attributes = { type: 'number', min: String(least), max: String(greatest), step: String(step) };
+    const range = `${least} to ${greatest}${unit === '' ? '' : ` ${unit}`}, in steps of ${step}`;
+    const attributes = { type: 'text', inputmode: 'decimal', size: '6', title: range };
     const input = make('input', { ...attributes, 'aria-label': label, value: once ? '1' : '' });
     const now = make('span', { class: 'world-now' });
+    const go = make('button', { type: 'submit', text: 'Set', 'aria-label': `Set: ${label}` });
     // What does not fit is refused by the world itself, in its own words.
-    const go = button('Set', () => void carryOut(`${before}${input.value}${behind}`), { 'aria-label': `Set: ${label}` });
-    input.addEventListener('keydown', (event) => event.key === 'Enter' && go.click());
+    const form = make('form', { class: 'world-number', novalidate: true }, `${name} `, now, ' ', input, ` ${unit} `, go);
+    form.addEventListener('submit', (event) => {
+        event.preventDefault();
+        void carryOut(`${before}${input.value}${behind}`);
+    });
     const show = (/** @type {number | null} */ value) => write(now, value === null ? '' : String(Math.round(value * 1000) / 1000));
-    return { element: make('span', { class: 'world-number' }, `${name} `, now, ' ', input, ` ${unit} `, go), show };
+    return { element: form, show };
 }
 
 /**
