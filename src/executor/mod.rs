@@ -23,6 +23,7 @@ mod coordinates;
 mod globals;
 mod io;
 mod outcome;
+mod peek;
 pub mod ports;
 mod slots;
 mod solo;

@@ -50,7 +50,7 @@ use crate::executor::Executor;
 use crate::motion::Axis;
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::store::{Finished, Need, Store};
-use crate::tmcl::{Command, Opcode, Status};
+use crate::tmcl::{Command, Status};
 use crate::units::Micros;
 use crate::vm::Machine;
 
@@ -132,16 +132,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.device.restart().is_some() { Poll::Ready(None) } else { self.obey(now, origin.into(), command) }
     }
 
-    /// The value that GAP or GGP would read, past all links: reading it so is no sign of life of a host.
+    /// The value that GAP, GGP, GIO or RFS (its status) would read, past all links: reading it so is no sign of life of a
+    /// host. Whether a position is reached is told as the firmware has read it last.
     ///
     /// # Errors
     /// The status with which the command is refused.
     pub fn peek(&mut self, now: Micros, command: Command) -> Result<i32, Status> {
-        let Command { kind, motor, .. } = command;
         match self.admit(Source::Usb, command)? {
-            Some(Opcode::Gap) => self.readings(now).get_axis(kind, motor),
-            Some(Opcode::Ggp) => self.readings(now).get_global(kind, motor),
-            _ => Err(Status::NotAvailable),
+            Some(opcode) => self.readings(now).peek(opcode, command),
+            None => Err(Status::NotAvailable),
         }
     }
 

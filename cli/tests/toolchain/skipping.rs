@@ -41,6 +41,10 @@ impl Rig for Twins {
         self.both(|stand| stand.send(command))
     }
 
+    fn post(&mut self, command: Command) {
+        self.both(|stand| stand.post(command));
+    }
+
     fn control(&mut self, line: &Line) -> Result<(), String> {
         self.both(|stand| stand.control(line))
     }

@@ -26,7 +26,10 @@ pub fn check(spec: &Spec, command: Command) -> Result<(), String> {
             Some(G::RandomNumber) => Err(format!("'GGP {kind}, {motor}' changes what it reads: ask over a link")),
             _ => Ok(()),
         },
-        _ => Err("only GAP and GGP can be used here: others would cost the module time".into()),
+        Some(Opcode::Gio) => Ok(()),
+        // The status of a reference search: the other kinds begin and end one.
+        Some(Opcode::Rfs) if kind == 2 => Ok(()),
+        _ => Err("only GAP, GGP, GIO and 'RFS STATUS' can be used here: others would cost the module time".into()),
     }
 }
 
@@ -38,8 +41,7 @@ fn of_a_chip(function: P) -> Option<Option<&'static str>> {
         P::ActualSpeed => Some(Some("velocity")),
         P::LeftSwitch => Some(Some("switches.left")),
         P::RightSwitch => Some(Some("switches.right")),
-        P::PositionReached
-        | P::TargetSpeed
+        P::TargetSpeed
         | P::ActualAcceleration
         | P::MeasuredSpeed
         | P::PwmScale

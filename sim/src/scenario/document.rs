@@ -12,7 +12,7 @@ use super::condition::Vocabulary;
 use super::program::{Assemble, Program};
 use super::settings::{Parameters, Settings, World, substitute};
 use super::step::Step;
-use super::{Case, Mistake, Scenario, SourceLine};
+use super::{Case, Mistake, Scenario, SourceLine, eeprom};
 use crate::native::{FirmwareKind, Model, Product};
 
 /// What a file does not say by itself.
@@ -134,6 +134,7 @@ impl Reader<'_> {
         let model = self.model(heading, settings, parameters)?;
         let kind = model.product().kind();
         let world = self.world(heading, settings, parameters, kind)?;
+        let eeprom = settings.eeprom.as_deref().map(|lines| eeprom::of_lines(lines, kind.eeprom.size)).transpose()?;
         let mut names: Vec<String> = Vec::new();
         let mut program: Option<Arc<Program>> = None;
         let mut parsed = Vec::new();
@@ -154,7 +155,8 @@ impl Reader<'_> {
             }
             parsed.push((source, step));
         }
-        Ok(Case { label: label(parameters), model, world, not_on_image: settings.not_on_image.clone(), steps: parsed })
+        let not_on_image = settings.not_on_image.clone();
+        Ok(Case { label: label(parameters), model, world, not_on_image, eeprom, steps: parsed })
     }
 
     fn model(&self, heading: &SourceLine, settings: &Settings, parameters: &Parameters) -> Result<Model, Mistake> {

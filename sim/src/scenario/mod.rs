@@ -5,6 +5,7 @@
 //! * [`program`] - the TMCL programs that scenarios load
 //! * `document` - the large structure of a file: scenarios with their settings and steps
 //! * `settings` - what stands above the steps: product, firmware, world, tables
+//! * [`eeprom`] - the contents of an EEPROM in lines
 //! * `step` - one line of a scenario
 //! * `sdo` - the objects of a CANopen node
 //! * `run` - carries a case out on a [`Rig`]
@@ -13,6 +14,7 @@
 
 pub mod condition;
 mod document;
+pub mod eeprom;
 pub mod program;
 mod run;
 mod sdo;
@@ -41,6 +43,8 @@ use crate::native::Model;
 pub trait Rig {
     /// Sends a command and waits for its reply: status and value. `None` if there is no reply.
     fn send(&mut self, command: Command) -> Option<(u8, i32)>;
+    /// Sends a command, and does not wait for its reply.
+    fn post(&mut self, command: Command);
     /// Carries out a command of the control protocol.
     ///
     /// # Errors
@@ -111,5 +115,7 @@ pub struct Case {
     pub world: WorldConfig,
     /// Why the case is not for the flash image, if it is not.
     pub not_on_image: Option<String>,
+    /// The contents of the EEPROM; fresh if `None`.
+    pub eeprom: Option<Vec<u8>>,
     steps: Vec<(SourceLine, step::Step)>,
 }

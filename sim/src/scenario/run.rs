@@ -4,7 +4,7 @@ use std::any::Any;
 use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{Control, Line};
 use tmcm::can::{CanFrame, Frame};
 use tmcm::tmcl::{Command, Opcode, Status};
@@ -97,6 +97,11 @@ impl<R: Rig> Runner<R> {
     fn step(&mut self, step: &Step) -> Result<(), String> {
         match step {
             Step::Command { command, answer } => return self.command(command, answer),
+            Step::Post(command) => {
+                let command = command.command(self)?;
+                self.rig.post(command);
+            }
+            Step::At(time) => return self.wait_to(*time),
             Step::Expect { condition, hold } => return self.expect(condition, *hold),
             Step::Wait { span, until: None } => self.rig.pass(*span),
             Step::Wait { span, until: Some(condition) } => return self.wait(*span, condition),
@@ -154,6 +159,13 @@ impl<R: Rig> Runner<R> {
             }
             self.rig.pass(GLANCE);
         }
+    }
+
+    fn wait_to(&mut self, time: Nanos) -> Result<(), String> {
+        let now = self.rig.now();
+        let span = time.checked_sub(now).ok_or_else(|| format!("it is {} us already", now / MICROSECOND))?;
+        self.rig.pass(span);
+        Ok(())
     }
 
     fn wait(&mut self, limit: Nanos, condition: &Condition) -> Result<(), String> {

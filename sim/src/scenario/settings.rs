@@ -17,6 +17,8 @@ pub(super) struct Settings {
     pub(super) world: Option<World>,
     pub(super) tables: Vec<Vec<Parameters>>,
     pub(super) not_on_image: Option<String>,
+    /// What the EEPROM has, in lines.
+    pub(super) eeprom: Option<Vec<SourceLine>>,
 }
 
 /// The world of a scenario.
@@ -29,7 +31,9 @@ pub(super) enum World {
 }
 
 /// What a setting begins with.
-pub(super) const HEADS: [&str; 5] = ["product:", "firmware:", "world:", "not on the image:", "for "];
+pub(super) const HEADS: [&str; 6] = ["product:", "firmware:", "world:", "eeprom:", "not on the image:", "for "];
+/// Those that have lines below them.
+const WITH_LINES: [&str; 2] = ["world:", "eeprom:"];
 
 /// Most cases of a scenario. More are a mistake, such as a table for each bit of something.
 const MOST_CASES: usize = 10_000;
@@ -70,6 +74,7 @@ impl Settings {
             firmware: self.firmware.or(common.firmware),
             world: self.world.or(common.world),
             not_on_image: self.not_on_image.or(common.not_on_image),
+            eeprom: self.eeprom.or(common.eeprom),
             tables,
         }
     }
@@ -85,11 +90,11 @@ impl Settings {
     fn take(&mut self, line: &SourceLine, block: &[SourceLine]) -> Result<bool, Mistake> {
         let Some(head) = HEADS.iter().find(|head| line.text.starts_with(*head)) else { return Ok(false) };
         let value = SourceLine { number: line.number, text: line.text.trim_start_matches(head).trim().into() };
-        let takes_block = *head == "for " || *head == "world:" && value.text.is_empty();
+        let takes_block = *head == "for " || WITH_LINES.contains(head) && value.text.is_empty();
         if let Some(stray) = block.first().filter(|_| !takes_block) {
             return Err(Mistake::new(stray.number, format!("nothing stands below '{}'", line.text)));
         }
-        if value.text.is_empty() && *head != "world:" {
+        if value.text.is_empty() && !WITH_LINES.contains(head) {
             return Err(Mistake::new(line.number, format!("something is missing behind '{head}'")));
         }
         let is_second = match *head {
@@ -97,6 +102,7 @@ impl Settings {
             "firmware:" => self.firmware.is_some(),
             "not on the image:" => self.not_on_image.is_some(),
             "world:" => self.world.is_some(),
+            "eeprom:" => self.eeprom.is_some(),
             _ => false,
         };
         if is_second {
@@ -108,6 +114,10 @@ impl Settings {
             "not on the image:" => self.not_on_image = Some(value.text),
             "world:" if value.text.is_empty() => self.world = Some(World::Lines(block.to_vec())),
             "world:" => self.world = Some(World::File(value)),
+            "eeprom:" if value.text.is_empty() => self.eeprom = Some(block.to_vec()),
+            "eeprom:" => {
+                return Err(Mistake::new(line.number, "the contents stand in the lines below 'eeprom:'"));
+            }
             _ => {
                 let table = table_of(&value, block)?;
                 if self.has_name_of(&table) {

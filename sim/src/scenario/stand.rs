@@ -24,6 +24,8 @@ const FRAME: Nanos = MILLISECOND;
 const SEED: u32 = 1;
 /// Serial address of a fresh module.
 const ADDRESS: u8 = 1;
+/// The host that waits for no reply: it does not take one for that to another command.
+const POSTING: Client = Client(1);
 /// The host's adapter on the CAN bus.
 const ADAPTER: u64 = 0;
 
@@ -68,7 +70,7 @@ impl<M: VirtualModule> Stand<M> {
 }
 
 fn member(case: &Case) -> Member<'_> {
-    Member { model: case.model, world: &case.world, eeprom: None }
+    Member { model: case.model, world: &case.world, eeprom: case.eeprom.as_deref() }
 }
 
 impl<M: VirtualModule> Rig for Stand<M> {
@@ -81,7 +83,7 @@ impl<M: VirtualModule> Rig for Stand<M> {
             let next = self.fleet.next_event().unwrap_or(end).clamp(self.fleet.now() + 1, end);
             self.fleet.run_until(next);
             while let Some((_, sent)) = self.fleet.sent() {
-                bytes.extend(sent.bytes);
+                bytes.extend(sent.bytes.into_iter().filter(|_| sent.client == Client::default()));
             }
             if let Some(reply) = bytes.get(..TELEGRAM).and_then(|bytes| Telegram::try_from(bytes).ok()) {
                 self.fleet.run(self.late);
@@ -91,6 +93,10 @@ impl<M: VirtualModule> Rig for Stand<M> {
             }
         }
         None
+    }
+
+    fn post(&mut self, command: Command) {
+        self.fleet.hear_usb(POSTING, &binary::encode_command(ADDRESS, command));
     }
 
     fn control(&mut self, line: &Line) -> Result<(), String> {

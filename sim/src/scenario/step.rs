@@ -19,6 +19,10 @@ use crate::suggest::suggestion;
 pub(super) enum Step {
     /// A TMCL command and what it must answer.
     Command { command: Template, answer: Answer },
+    /// A TMCL command whose reply is not waited for.
+    Post(Template),
+    /// Time passes up to this time of the module.
+    At(Nanos),
     /// Something that must be so, now or for a while.
     Expect { condition: Condition, hold: Nanos },
     /// Time passes; with a condition no longer than until that is met.
@@ -56,7 +60,8 @@ pub(super) struct Pattern {
 }
 
 /// The words that steps begin with.
-const WORDS: [&str; 11] = ["expect", "wait", "let", "control", "power", "load", "run", "sdo", "nmt", "sync", "frame"];
+const WORDS: [&str; 13] =
+    ["expect", "wait", "at", "post", "let", "control", "power", "load", "run", "sdo", "nmt", "sync", "frame"];
 
 /// Commands of network management: their names and numbers.
 const NMT: [(&str, u8); 5] =
@@ -109,6 +114,8 @@ impl Step {
                 let until = if tokens.take_word("until") { Some(Condition::read(tokens, vocabulary)?) } else { None };
                 Ok(Step::Wait { span, until })
             }
+            "at" => tokens.span().map(Step::At),
+            "post" => Template::read(tokens, vocabulary, true).map(Step::Post),
             "let" => match tokens.next() {
                 Some(Token::Word(name)) if tokens.take("=") => {
                     Ok(Step::Let { name, value: Sum::read(tokens, vocabulary)? })

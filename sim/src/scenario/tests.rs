@@ -12,6 +12,7 @@ use super::program::Program;
 use super::suite::{self, File, News, Outcome, Start};
 use super::{Mistake, Rig, Scenario, Stand, Surroundings, run_case};
 use crate::look::Look;
+use crate::module::VirtualModule;
 use crate::native::{FirmwareKind, Model, Product};
 
 /// The scenarios of a text, in whose folder there is a program.
@@ -63,7 +64,11 @@ fn errors_in_steps_say_what_to_write() {
         ("SAP 4, 0, $speed", "'$speed' is neither a parameter nor remembered"),
         ("MST 0 -> maybe", "usage: COMMAND -> STATUS"),
         ("MST 0 -> 100 5 6", "'6' is one word too many"),
-        ("jump 5", "unknown step 'jump'; there are: expect, wait, let, control, power cycle, load"),
+        ("jump 5", "unknown step 'jump'; there are: expect, wait, at, post, let, control, power cycle, load"),
+        ("at noon", "a time is missing, such as 500 ms"),
+        ("at 2 h", "time '2 h' is too long"),
+        ("post", "a TMCL command is missing"),
+        ("post MST 0 -> 100", "'->' is one word too many"),
         ("expct rotor = 5", "unknown step 'expct'; did you mean 'expect'?"),
         ("prodct: 3110", "unknown step 'prodct:'; did you mean 'product:'?"),
         ("load", "usage: load FILE.tmc"),
@@ -130,6 +135,10 @@ fn errors_in_the_structure_name_their_line() {
         ("== T\nfirmware: x\nMST 0", 2, "there are: tmcl, canopen"),
         ("== T\nproduct: 3110\nfirmware: canopen\nMST 0", 3, "the TMCM-3110 has no CANopen firmware"),
         ("== T\nproduct:\nMST 0", 2, "something is missing behind 'product:'"),
+        ("== T\neeprom: file\nMST 0", 2, "stand in the lines below 'eeprom:'"),
+        ("== T\neeprom:\n  0: 12\n  0010 12\nMST 0", 4, "'0010 12' is no line of an EEPROM"),
+        ("== T\neeprom:\n  0010: 123\nMST 0", 3, "is no line of an EEPROM"),
+        ("== T\neeprom:\n  FFFFF: 12\nMST 0", 3, "the EEPROM has 0x"),
         ("== T\nproduct: 6110\n  x\nMST 0", 3, "nothing stands below"),
         ("== T\nMST 0\nproduct: 6110", 3, "come before the steps"),
         ("== T\nproduct: 6110\nproduct: 1140\nMST 0", 3, "a second 'product:'"),
@@ -190,6 +199,8 @@ impl Rig for Parrot {
         let value = (self.0.now() / MILLISECOND) as i32;
         (command.kind != 0).then_some((command.kind, value))
     }
+
+    fn post(&mut self, _: Command) {}
 
     fn control(&mut self, line: &Line) -> Result<(), String> {
         line.control.apply(&mut self.0).map(drop)
@@ -352,6 +363,38 @@ STAP 4, 0 -> no reply
 expect power = 0
 ";
     assert_eq!(outcomes(text), [Outcome::Passed]);
+}
+
+#[test]
+fn steps_have_times_of_the_module_and_commands_need_no_reply() {
+    let text = "== Posted, and another one right behind it
+at 200 ms
+expect time_us = 200000
+post ROR 0, 500
+GAP 4, 0 -> 100
+at 1.25 s
+expect time_us = 1250000
+expect velocity = 500
+== Too late
+at 2 s
+at 1999.5 ms
+";
+    let outcomes = outcomes(text);
+    assert_eq!(outcomes[0], Outcome::Passed);
+    let Outcome::Failed(Mistake { line, message }) = &outcomes[1] else { panic!("{outcomes:?}") };
+    assert_eq!((*line, message.as_str()), (11, "at 1999.5 ms: it is 2000000 us already"));
+}
+
+#[test]
+fn a_module_has_the_eeprom_of_its_scenario() {
+    let mut stand = Stand::native(&read("== T\nMST 0").remove(0).cases.unwrap().remove(0));
+    for (number, value) in [(4, 321), (5, 123)] {
+        assert_eq!(stand.send(Command::new(5, number, 0, value)), Some((100, value)));
+        assert_eq!(stand.send(Command::new(7, number, 0, 0)).map(|(status, _)| status), Some(100));
+    }
+    let contents = super::eeprom::lines(stand.module_mut().board_mut().at25().contents());
+    let text = format!("eeprom:\n  {}\n== Kept\nGAP 4, 0 -> 100 321\nGAP 5, 0 -> 100 123\n", contents.join("\n  "));
+    assert_eq!(outcomes(&text), [Outcome::Passed]);
 }
 
 #[test]

@@ -27,9 +27,11 @@ fn what_can_be_looked_at_is_what_a_telegram_reads() {
     let mut dear = Vec::new();
     for product in Product::ALL {
         let mut paused = Paused::of(Model::Tmcl(product), 1);
-        for (opcode, kind, motor) in
-            (0..=255).flat_map(|kind| [(Opcode::Gap, kind, 0), (Opcode::Ggp, kind, 0), (Opcode::Ggp, kind, 2)])
-        {
+        let each = |kind| {
+            [(Opcode::Gap, 0), (Opcode::Ggp, 0), (Opcode::Ggp, 2), (Opcode::Gio, 0), (Opcode::Gio, 1), (Opcode::Gio, 2)]
+                .map(|(opcode, motor)| (opcode, kind, motor))
+        };
+        for (opcode, kind, motor) in (0..=255).flat_map(each).chain([(Opcode::Rfs, 2, 0)]) {
             let command = Command::new(opcode as u8, kind, motor, 0);
             let before = spent(&mut paused);
             let seen = paused.fleet.modules_mut()[0].peek(command);
@@ -91,7 +93,7 @@ fn the_reason_for_which_nothing_is_seen_says_what_to_use() {
     let mut paused = Paused::of(Model::Tmcl(Product::Tmcm6110), 1);
     let position = "'GAP 1, 2' would cost the module a datagram to a chip: use 'position 2' of the world";
     assert_eq!(look(&mut paused, "GAP 1, 2"), position);
-    assert!(look(&mut paused, "MVP REL, 0, 5").contains("only GAP and GGP"));
+    assert!(look(&mut paused, "MVP REL, 0, 5").contains("only GAP, GGP, GIO"));
     assert!(look(&mut paused, "GAP 4, 6").contains("out of range"));
     paused.control("power off");
     assert!(look(&mut paused, "GAP 4, 0").contains("no power"));
