@@ -6,6 +6,7 @@ use std::io::Read;
 use std::time::Duration;
 
 use serde::Deserialize;
+use tmcl_studio::running::Running;
 use tmcl_studio::types::{Line, Request, Start};
 use tmcl_studio::virtual_module::Virtual;
 

@@ -4,9 +4,10 @@
 /** @typedef {{ request: Request, timeout: number }} Exchange */
 /** @typedef {{ reply: number[] } | { no_reply: number } | { others: { asked: number, answered: number[] } } | 'address' | { lost: string } | 'interrupted'} Outcome */
 /** @typedef {{ product: string, world: string | null }} Start */
+/** @typedef {{ product: string | null }} Image */
 /** @typedef {{ line: string }} Line */
 /** @typedef {{ ticket: number }} Ticket */
-/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, nap: number }} Turn */
+/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, stopped: string | null, nap: number }} Turn */
 /** @typedef {{ ticket: number, outcome: Outcome }} Finished */
 /** @typedef {{ bytes: number[] }} Bytes */
 /** @typedef {{ outcome: Outcome | null }} Taken */

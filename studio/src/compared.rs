@@ -121,11 +121,13 @@ fn the_page_has_the_same_types() {
                 paused: true,
                 powered: true,
                 starts: 0,
+                stopped: Some("it has locked up".into()).filter(|_: &String| matches!(outcome, Outcome::Address)),
                 nap: 1.5
             }),
         ));
     }
     for product in products {
+        examples.push(("Image", json!(Image { product: product.clone() })));
         examples.push(("Axes", json!(Axes { address: 1, product: product.clone() })));
         examples.push(("Moved", json!(Moved { request, product: product.clone() })));
         examples.push(("Module", json!(Module { name: "TMCM-1140".into(), product })));

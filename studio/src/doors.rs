@@ -3,9 +3,12 @@
 //! What is asked goes into a buffer of this instance as JSON, and a door is told how long it is; what it gives is the length of
 //! the answer, which stands in another buffer. A door that waits for the page is suspended by the browser, and no other job is
 //! begun meanwhile: what is read then ([`progress`]) touches nothing of it.
+//!
+//! A library on top of this one has these doors, too, and makes more of them by the macro [`doors!`](crate::doors!).
 
 use std::cell::{Cell, RefCell};
 use std::panic::PanicHookInfo;
+use std::time::Duration;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -14,14 +17,15 @@ use tmcl_tools::progress::Progress as Told;
 
 use crate::log::Log;
 use crate::page::{Calls, PageStop, PageWire};
+use crate::running::Running;
 use crate::serial::SerialPort;
 use crate::tools::Tools;
-use crate::types::{Answer, Nothing, Progress};
+use crate::types::{Answer, Module, Nothing, Progress};
 use crate::virtual_module::Virtual;
 use crate::{language, parameters, scope, status, stop, tools, world};
 
 /// What a door gives.
-type Given<T> = Result<T, Failure>;
+pub type Given<T> = Result<T, Failure>;
 
 thread_local! {
     /// What is asked.
@@ -32,7 +36,7 @@ thread_local! {
     static PANICKED: RefCell<String> = const { RefCell::new(String::new()) };
     /// How far the job has got.
     static PROGRESS: RefCell<Progress> = RefCell::default();
-    static VIRTUAL: RefCell<Option<Virtual>> = const { RefCell::new(None) };
+    static VIRTUAL: RefCell<Option<Box<dyn Running>>> = const { RefCell::new(None) };
     static SERIAL: RefCell<SerialPort> = RefCell::default();
     static LOG: RefCell<Log> = RefCell::default();
     static TOOLS: RefCell<Option<Tools>> = const { RefCell::new(None) };
@@ -50,18 +54,30 @@ const CALLS: Calls = Calls {
 /// Why a door that needs a module gives nothing.
 const NO_MODULE: &str = "there is no module yet";
 
-/// Carries a door out: reads what is asked, and writes the answer.
-fn door<Q: DeserializeOwned, A: Serialize>(length: usize, carry_out: impl FnOnce(Q) -> Given<A>) -> usize {
-    // Elsewhere a panic is told by the system.
+/// Carries a door out at which JSON of so many bytes is asked, and tells the length of the answer.
+pub fn door<Q: DeserializeOwned, A: Serialize>(length: usize, carry_out: impl FnOnce(Q) -> Given<A>) -> usize {
+    prepare();
+    let asked = ASKED.with_borrow(|asked| serde_json::from_slice(asked.get(..length).unwrap_or_default()));
+    let asked = asked.map_err(|error| Failure::Failed(format!("what the page asks is not understood: {error}")));
+    tell(asked.and_then(carry_out))
+}
+
+/// Carries a door out that takes a file of so many bytes, and tells the length of the answer.
+pub fn door_for_file<A: Serialize>(length: usize, carry_out: impl FnOnce(Vec<u8>) -> Given<A>) -> usize {
+    prepare();
+    let mut file = ASKED.take();
+    file.truncate(length);
+    tell(carry_out(file))
+}
+
+/// Sees to it that the words of a panic are kept. Elsewhere the system tells them.
+fn prepare() {
     if cfg!(target_arch = "wasm32") && !IS_READY.replace(true) {
         std::panic::set_hook(Box::new(note_panic));
     }
-    let asked = ASKED.with_borrow(|asked| serde_json::from_slice(asked.get(..length).unwrap_or_default()));
-    let answer = match asked.map_err(|error| Failure::Failed(format!("what the page asks is not understood: {error}")))
-    {
-        Ok(asked) => carry_out(asked),
-        Err(failure) => Err(failure),
-    };
+}
+
+fn tell(answer: Given<impl Serialize>) -> usize {
     let answer = match answer {
         Ok(given) => Answer::Ok(given),
         Err(Failure::Failed(words) | Failure::Arguments(words)) => Answer::Error(words),
@@ -90,8 +106,30 @@ fn note(told: Told<'_>) {
     });
 }
 
-fn with_virtual<A>(carry_out: impl FnOnce(&mut Virtual) -> A) -> Given<A> {
-    VIRTUAL.with_borrow_mut(|module| module.as_mut().map(carry_out).ok_or(Failure::Failed(NO_MODULE.into())))
+/// Puts a virtual module into this instance, in the place of the one before.
+pub fn put_virtual(module: impl Running + 'static) -> Module {
+    let told = module.module();
+    VIRTUAL.set(Some(Box::new(module)));
+    told
+}
+
+/// The clock of the page.
+pub fn time() -> Duration {
+    imports::time()
+}
+
+/// Asks at a door as a page does, for tests on this computer; gives the answer.
+pub fn ask(door: extern "C" fn(usize) -> usize, asked: &[u8]) -> Vec<u8> {
+    ASKED.set(asked.into());
+    let length = door(asked.len());
+    ANSWERED.with_borrow(|answered| answered.get(..length).unwrap_or_default().into())
+}
+
+fn with_virtual<A>(carry_out: impl FnOnce(&mut dyn Running) -> A) -> Given<A> {
+    VIRTUAL.with_borrow_mut(|module| {
+        let module = module.as_mut().ok_or(Failure::Failed(NO_MODULE.into()))?;
+        Ok(carry_out(module.as_mut()))
+    })
 }
 
 fn with_tools<A>(carry_out: impl FnOnce(&mut Tools) -> Given<A>) -> Given<A> {
@@ -99,39 +137,37 @@ fn with_tools<A>(carry_out: impl FnOnce(&mut Tools) -> Given<A>) -> Given<A> {
     TOOLS.with_borrow_mut(|tools| tools.as_mut().map_or(Err(Failure::Failed(NO_MODULE.into())), carry_out))
 }
 
-/// Makes doors of functions from what is asked to what is given.
+/// Makes doors of functions from what is asked to what is given. What comes first carries them out:
+/// [`door`](crate::doors::door), or [`door_for_file`](crate::doors::door_for_file).
+#[macro_export]
 macro_rules! doors {
-    ($($(#[$doc:meta])* $name:ident: $carry_out:expr;)*) => {
+    ($by:path; $($(#[$doc:meta])* $name:ident: $carry_out:expr;)*) => {
         $(
             $(#[$doc])*
             #[unsafe(no_mangle)]
             pub extern "C" fn $name(length: usize) -> usize {
-                door(length, $carry_out)
+                $by(length, $carry_out)
             }
         )*
     };
 }
 
 doors! {
+    door;
     /// The products that there are.
     products: |nothing| Ok(tools::products(nothing));
     /// Starts a virtual module in this instance.
-    virtual_start: |start| {
-        let module = Virtual::start(&start, imports::time()).map_err(Failure::Failed)?;
-        let told = module.module();
-        VIRTUAL.set(Some(module));
-        Ok(told)
-    };
+    virtual_start: |start| Virtual::start(&start, time()).map(put_virtual).map_err(Failure::Failed);
     /// Gives a request to the virtual module.
     virtual_ask: |request| with_virtual(|module| module.ask(request));
     /// Gives a line of the control port to the virtual module.
-    virtual_control: |line| with_virtual(|module| module.control(&line, imports::time()));
+    virtual_control: |line| with_virtual(|module| module.control(&line, time()));
     /// Lets time pass for the virtual module, up to the present.
-    virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&imports::time));
+    virtual_turn: |Nothing {}| with_virtual(|module| module.turn(&time));
     /// Values of the virtual module, which are looked at without letting time pass.
     virtual_look: |watched| with_virtual(|module| module.look(&watched));
     /// The same, and how its time goes.
-    virtual_see: |watched| with_virtual(|module| module.see(&watched, imports::time()));
+    virtual_see: |watched| with_virtual(|module| module.see(&watched, time()));
     /// What there is to be touched and drawn in a world.
     world_offers: |start| world::offers(&start).map_err(Failure::Failed);
     /// Makes a row of values of the virtual module at each of its milliseconds from now on.
@@ -344,12 +380,8 @@ mod tests {
 
     use super::*;
 
-    /// Asks at a door as the page does.
     fn ask(door: extern "C" fn(usize) -> usize, asked: &str) -> Value {
-        room(asked.len());
-        ASKED.with_borrow_mut(|buffer| buffer.copy_from_slice(asked.as_bytes()));
-        let length = door(asked.len());
-        ANSWERED.with_borrow(|answered| serde_json::from_slice(&answered[..length]).unwrap())
+        serde_json::from_slice(&super::ask(door, asked.as_bytes())).unwrap()
     }
 
     #[test]

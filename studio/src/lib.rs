@@ -6,6 +6,7 @@
 //!
 //! * [`doors`] - what the page calls, and what is called of it; the only file with `unsafe`
 //! * [`types`] - what is asked, and what is told
+//! * [`running`] - what a page does with a virtual module, whatever this runs
 //! * [`virtual_module`] - a virtual module, and the lines of its control port
 //! * [`world`] - what there is to be touched and drawn around it
 //! * [`serial`] - telegrams of nine bytes on a stream of bytes
@@ -29,6 +30,7 @@ pub mod page;
 pub mod parameters;
 pub mod program;
 pub mod recorder;
+pub mod running;
 pub mod scope;
 pub mod serial;
 pub mod status;

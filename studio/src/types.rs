@@ -110,6 +110,14 @@ pub struct Start {
     pub world: Option<String>,
 }
 
+/// A flash image of the TMCL firmware.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// The product that it is for, such as 1140; null if it does not tell, as other people's images do not.
+    pub product: Option<String>,
+}
+
 /// A line for the control port.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -154,6 +162,8 @@ pub struct Turn {
     pub powered: bool,
     /// How often it has begun anew.
     pub starts: u32,
+    /// Why the module cannot go on, in words; null while it can. Then its time stands still for good.
+    pub stopped: Option<String>,
     /// After how many milliseconds there is something to do again.
     pub nap: f64,
 }

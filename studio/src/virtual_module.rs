@@ -1,4 +1,5 @@
-//! A virtual module whose time goes by the clock of the page, or as the lines of its control port say.
+//! A virtual module whose time goes by the clock of the page, or as the lines of its control port say. What it runs, the firmware's
+//! core or a flash image, is the choice of who starts it.
 
 use std::task::Poll;
 use std::time::Duration;
@@ -16,6 +17,7 @@ use tmcm_sim::protocol::Speed;
 use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
 
 use crate::recorder::Recorder;
+use crate::running::Running;
 use crate::scope::Watched;
 use crate::types::{Finished, Line, LineTold, Module, Nothing, Outcome, Request, SampleRow, Start, Ticket, Turn};
 use crate::world::{self, WorldSeen};
@@ -25,11 +27,15 @@ const SEED: u32 = 1;
 /// Longest sleep while the module has nothing to do.
 const NAP: Duration = Duration::from_millis(10);
 
+/// How a module is made that stands in a world, with a seed of its random numbers.
+pub type Make<M> = Box<dyn Fn(Member<'_>, u32) -> Result<M, String>>;
+
 /// A virtual module, and who asks it.
-pub struct Virtual {
+pub struct Virtual<M> {
     product: Product,
     world: WorldConfig,
-    fleet: Fleet<NativeModule>,
+    make: Make<M>,
+    fleet: Fleet<M>,
     kinds: [&'static BoardKind; 1],
     timekeeper: Timekeeper,
     inquiries: Inquiries,
@@ -70,26 +76,43 @@ impl Watcher for Page {
     }
 }
 
-fn fleet(product: Product, world: &WorldConfig, eeprom: Option<&[u8]>) -> Fleet<NativeModule> {
+fn fleet<M: VirtualModule>(
+    product: Product,
+    world: &WorldConfig,
+    eeprom: Option<&[u8]>,
+    make: &Make<M>,
+) -> Result<Fleet<M>, String> {
     let member = Member { model: Model::Tmcl(product), world, eeprom };
-    let mut fleet = Fleet::mixed(&[member], SEED);
+    let mut fleet = Fleet::start(&[member], SEED, make)?;
     fleet.await_silences();
-    fleet
+    Ok(fleet)
 }
 
-impl Virtual {
-    /// A fresh module, at the moment `at`.
+impl Virtual<NativeModule> {
+    /// A fresh module that runs the firmware's core, at the moment `at`.
     ///
     /// # Errors
     /// There is no such product, or its world cannot be so.
     pub fn start(start: &Start, at: Duration) -> Result<Self, String> {
+        let make = |Member { model, world, eeprom }: Member<'_>, seed| Ok(NativeModule::of(model, world, eeprom, seed));
+        Self::of(start, at, Box::new(make))
+    }
+}
+
+impl<M: VirtualModule> Virtual<M> {
+    /// A fresh module, at the moment `at`, as `make` makes it.
+    ///
+    /// # Errors
+    /// There is no such product, its world cannot be so, or the module cannot be made.
+    pub fn of(start: &Start, at: Duration, make: Make<M>) -> Result<Self, String> {
         let product = product::named(&start.product)?;
         let world = world::config(start)?;
-        let fleet = fleet(product, &world, None);
+        let fleet = fleet(product, &world, None, &make)?;
         let timekeeper = Timekeeper::new(Speed::Factor(1.0), None, at, fleet.now());
         Ok(Virtual {
             product,
             world,
+            make,
             fleet,
             kinds: [product.kind()],
             timekeeper,
@@ -101,39 +124,61 @@ impl Virtual {
         })
     }
 
-    /// What it is.
-    pub fn module(&self) -> Module {
+    fn answer(&mut self, ControllerId(asker): ControllerId, result: Result<Option<Told>, String>) {
+        let ticket = u32::try_from(asker).ok();
+        self.page.lines.push(LineTold { ticket, line: answer(result) });
+    }
+
+    /// The module begins anew, with what its EEPROM has.
+    fn restart(&mut self, asker: ControllerId, at: Duration) {
+        let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
+        match fleet(self.product, &self.world, eeprom.as_deref(), &self.make) {
+            Ok(fleet) => self.fleet = fleet,
+            Err(error) => return self.answer(asker, Err(error)),
+        }
+        self.starts = self.starts.wrapping_add(1);
+        self.timekeeper = self.timekeeper.anew(at, self.fleet.now());
+        // Its time begins anew, and with it the milliseconds.
+        if let Some(recorder) = &mut self.page.recorder {
+            recorder.begin_anew(self.fleet.now());
+        }
+        let told = Told::time(self.fleet.now());
+        if self.page.watch.take().is_some() {
+            self.page.lines.push(LineTold { ticket: None, line: Watch::ended("restart") });
+        }
+        self.inquiries.end().into_iter().for_each(|(asker, result)| self.answer(asker, result));
+        self.answer(asker, Ok(Some(told)));
+    }
+}
+
+impl<M: VirtualModule> Running for Virtual<M> {
+    fn module(&self) -> Module {
         Module { name: self.product.name().into(), product: Some(product::short(self.product).into()) }
     }
 
-    /// Takes a request. Its reply comes with a later turn.
-    pub fn ask(&mut self, asked: Request) -> Ticket {
+    fn ask(&mut self, asked: Request) -> Ticket {
         self.last = self.last.wrapping_add(1);
         self.asked.push((self.last, self.fleet.ask(0, asked.command())));
         Ticket { ticket: self.last }
     }
 
-    /// The values of curves now, which are looked at without letting time pass.
-    pub fn look(&mut self, watched: &Watched) -> SampleRow {
+    fn look(&mut self, watched: &Watched) -> SampleRow {
         Recorder::new(watched, self.product, self.fleet.now()).look(&mut self.fleet)
     }
 
-    /// The values of curves now, and how time goes.
-    pub fn see(&mut self, watched: &Watched, at: Duration) -> WorldSeen {
+    fn see(&mut self, watched: &Watched, at: Duration) -> WorldSeen {
         let row = self.look(watched);
         let (paused, factor) = (self.timekeeper.is_paused(), self.timekeeper.pace(at, self.fleet.now()));
         WorldSeen { row, paused, factor, wanted: self.timekeeper.wanted() }
     }
 
-    /// Makes a row of these curves at each millisecond from now on, in place of those before.
-    pub fn watch(&mut self, watched: &Watched) -> Nothing {
+    fn watch(&mut self, watched: &Watched) -> Nothing {
         let recorder = Recorder::new(watched, self.product, self.fleet.now());
         self.page.recorder = Some(recorder).filter(|_| !watched.texts.is_empty());
         Nothing {}
     }
 
-    /// Takes a line of the control port. Its answer comes with a later turn, perhaps behind that to a later line.
-    pub fn control(&mut self, Line { line }: &Line, at: Duration) -> Ticket {
+    fn control(&mut self, Line { line }: &Line, at: Duration) -> Ticket {
         self.last = self.last.wrapping_add(1);
         let ticket = self.last;
         // Each line is that of somebody else, as if it came over a connection of its own.
@@ -155,13 +200,7 @@ impl Virtual {
         Ticket { ticket }
     }
 
-    fn answer(&mut self, ControllerId(asker): ControllerId, result: Result<Option<Told>, String>) {
-        let ticket = u32::try_from(asker).ok();
-        self.page.lines.push(LineTold { ticket, line: answer(result) });
-    }
-
-    /// Lets time pass up to the present, or as far as a turn suffices.
-    pub fn turn(&mut self, clock: &dyn Fn() -> Duration) -> Turn {
+    fn turn(&mut self, clock: &dyn Fn() -> Duration) -> Turn {
         let watchers = std::slice::from_mut(&mut self.page);
         self.timekeeper.run(&mut self.fleet, watchers, clock);
         if let Some(asker) = self.timekeeper.take_restart() {
@@ -187,6 +226,7 @@ impl Virtual {
             let told = Told::time(self.fleet.now());
             self.answer(asker, Ok(Some(told)));
         }
+        let stopped = self.fleet.modules().first().and_then(M::stopped);
         let messages = self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log).collect();
         let now = clock();
         let wake = self.timekeeper.wake(now, &self.fleet, NAP);
@@ -200,26 +240,9 @@ impl Virtual {
             paused: self.timekeeper.is_paused(),
             powered: self.fleet.modules_mut().first_mut().is_some_and(|module| module.board_mut().is_powered()),
             starts: self.starts,
+            stopped,
             nap,
         }
-    }
-
-    /// The module begins anew, with what its EEPROM has.
-    fn restart(&mut self, asker: ControllerId, at: Duration) {
-        let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
-        self.fleet = fleet(self.product, &self.world, eeprom.as_deref());
-        self.starts = self.starts.wrapping_add(1);
-        self.timekeeper = self.timekeeper.anew(at, self.fleet.now());
-        // Its time begins anew, and with it the milliseconds.
-        if let Some(recorder) = &mut self.page.recorder {
-            recorder.begin_anew(self.fleet.now());
-        }
-        let told = Told::time(self.fleet.now());
-        if self.page.watch.take().is_some() {
-            self.page.lines.push(LineTold { ticket: None, line: Watch::ended("restart") });
-        }
-        self.inquiries.end().into_iter().for_each(|(asker, result)| self.answer(asker, result));
-        self.answer(asker, Ok(Some(told)));
     }
 }
 
@@ -237,7 +260,7 @@ mod tests {
 
     /// A page whose clock goes on by a millisecond with each look.
     struct Desk {
-        module: Virtual,
+        module: Virtual<NativeModule>,
         clock: Cell<u64>,
     }
 

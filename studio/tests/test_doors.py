@@ -7,6 +7,8 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from bed.browser import Browser
 from bed.module import ROOT
 from bed.server import Site
@@ -15,11 +17,13 @@ from studio import FOLDER
 HERE = Path(__file__).parent
 
 
-def test_nothing_is_imported_but_wire_and_stop(plain_chromium: Browser, studio_site: Site) -> None:
+@pytest.mark.parametrize("program", ["tmcl_studio.wasm", "tmcl_studio_image.wasm"])
+def test_nothing_is_imported_but_wire_and_stop(plain_chromium: Browser, studio_site: Site, program: str) -> None:
     page = plain_chromium.open(studio_site.url)
     names = page.evaluate(
-        """async () => WebAssembly.Module.imports(await WebAssembly.compileStreaming(fetch("tmcl_studio.wasm")))
-            .map(({ module, name }) => `${module}.${name}`).sort()"""
+        """async program => WebAssembly.Module.imports(await WebAssembly.compileStreaming(fetch(program)))
+            .map(({ module, name }) => `${module}.${name}`).sort()""",
+        program,
     )
     assert names == ["stop.forget", "stop.within", "wire.exchange", "wire.pause", "wire.time"]
 

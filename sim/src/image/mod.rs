@@ -280,7 +280,7 @@ impl VirtualModule for ImageModule {
     }
 
     fn next_event(&self) -> Option<Nanos> {
-        Some(self.poll)
+        self.stopped.is_none().then_some(self.poll)
     }
 
     fn set_power(&mut self, on: bool) {

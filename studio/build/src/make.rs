@@ -10,10 +10,10 @@ use crate::compiler::{self, TARGET};
 use crate::files::Files;
 use crate::policy;
 
-/// The package that is compiled for browsers.
-const PACKAGE: &str = "tmcl-studio";
-/// The file that becomes of it.
-const PROGRAM: &str = "tmcl_studio.wasm";
+/// The packages that are compiled for browsers, each with the file that becomes of it: the program of the page, and the same with
+/// what runs flash images, which is loaded when it is needed.
+const PROGRAMS: [(&str, &str); 2] =
+    [("tmcl-studio", "tmcl_studio.wasm"), ("tmcl-studio-image", "tmcl_studio_image.wasm")];
 /// The profile of Cargo with which that is done.
 const PROFILE: &str = "page";
 /// The folder in the build directory. The profile has another name, because Cargo has a folder of its own for each.
@@ -26,7 +26,7 @@ pub fn page() -> Result<PathBuf, String> {
     let workspace = fw::workspace()?;
     let build = build_directory(&workspace)?;
     fw::library(TARGET, "the page of the studio")?;
-    let files = gather(&workspace.join("studio/page"), program(&workspace, &build)?)?;
+    let files = gather(&workspace.join("studio/page"), programs(&workspace, &build)?)?;
     // A page that is only half there is never seen at its place.
     let (place, beside) = (build.join(FOLDER), build.join(format!("{FOLDER}.new")));
     remove(&beside)?;
@@ -36,29 +36,39 @@ pub fn page() -> Result<PathBuf, String> {
     Ok(place)
 }
 
-/// The files of the page: those of a folder, its index with the policy in its place, and the program.
-fn gather(folder: &Path, program: Vec<u8>) -> Result<Files, String> {
+/// The files of the page: those of a folder, its index with the policy in its place, and the programs.
+fn gather(folder: &Path, programs: Vec<(&str, Vec<u8>)>) -> Result<Files, String> {
     let mut files = Files::read(folder)?;
     let index = folder.join(INDEX);
     let index = index.display();
     let page = files.get_mut(INDEX).ok_or_else(|| format!("there is no {index}, with which the page begins"))?;
     let text = str::from_utf8(&page.bytes).map_err(|error| format!("{index} is not text in UTF-8: {error}"))?;
     page.bytes = policy::place(text).map_err(|why| format!("{index}: {why}"))?.into_bytes();
-    files.add(PROGRAM, program).map_err(|why| format!("{}: {why}", folder.join(PROGRAM).display()))?;
+    for (name, program) in programs {
+        files.add(name, program).map_err(|why| format!("{}: {why}", folder.join(name).display()))?;
+    }
     Ok(files)
 }
 
-/// Compiles the program for browsers, and reads it.
-fn program(workspace: &Path, build: &Path) -> Result<Vec<u8>, String> {
+/// Compiles the programs for browsers, and reads them.
+fn programs(workspace: &Path, build: &Path) -> Result<Vec<(&'static str, Vec<u8>)>, String> {
     let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(workspace).args(["build", "--profile", PROFILE, "--target", TARGET, "--package", PACKAGE]);
+    cargo.current_dir(workspace).args(["build", "--profile", PROFILE, "--target", TARGET]);
+    cargo.args(PROGRAMS.iter().flat_map(|(package, _)| ["--package", package]));
     cargo.arg("--target-dir").arg(build).env("CARGO_ENCODED_RUSTFLAGS", remaps(workspace, build)?);
     let status = cargo.status().map_err(|error| format!("cargo cannot be run: {error}"))?;
     if !status.success() {
-        return Err(format!("{PACKAGE}, the program of the page, was not built; what is wrong with it stands above"));
+        let packages = PROGRAMS.map(|(package, _)| package).join(" and ");
+        return Err(format!(
+            "{packages}, the programs of the page, were not built; what is wrong with them stands above"
+        ));
     }
-    let program = build.join(TARGET).join(PROFILE).join(PROGRAM);
-    fs::read(&program).map_err(|error| format!("{} cannot be read: {error}", program.display()))
+    let read = |name| {
+        let program = build.join(TARGET).join(PROFILE).join(name);
+        let bytes = fs::read(&program).map_err(|error| format!("{} cannot be read: {error}", program.display()))?;
+        Ok((name, bytes))
+    };
+    PROGRAMS.iter().map(|(_, name)| read(*name)).collect()
 }
 
 /// The flags by which messages of panics, which tell files and lines, do not tell folders of this computer. Of several
@@ -99,17 +109,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_has_its_policy_and_its_program() {
+    fn a_page_has_its_policy_and_its_programs() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = || gather(folder.path(), vec![]).unwrap_err();
+        let programs = || PROGRAMS.map(|(_, name)| (name, name.into())).to_vec();
+        let refused = || gather(folder.path(), programs()).unwrap_err();
         assert!(refused().starts_with("there is no /"), "{}", refused());
         fs::write(folder.path().join(INDEX), "<html>").unwrap();
         assert!(refused().contains("index.html: {policy}"), "{}", refused());
         fs::write(folder.path().join(INDEX), "{policy}").unwrap();
-        let files = gather(folder.path(), b"\0asm".to_vec()).unwrap();
+        let files = gather(folder.path(), programs()).unwrap();
         assert_eq!(files.get(INDEX).unwrap().bytes, policy::PAGE.as_bytes());
-        assert_eq!(files.get(PROGRAM).unwrap().bytes, b"\0asm");
-        fs::write(folder.path().join(PROGRAM), "").unwrap();
-        assert!(refused().contains("tmcl_studio.wasm: the builder makes"), "{}", refused());
+        for (_, name) in PROGRAMS {
+            assert_eq!(files.get(name).unwrap().bytes, name.as_bytes());
+            fs::write(folder.path().join(name), "").unwrap();
+            assert!(refused().contains(&format!("{name}: the builder makes")), "{}", refused());
+            fs::remove_file(folder.path().join(name)).unwrap();
+        }
     }
 }

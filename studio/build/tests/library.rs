@@ -27,9 +27,14 @@ fn what_is_missing_is_added_and_then_the_page_is_compiled() {
     program.env_remove("RUSTC").env("CARGO", place.join("cargo")).env("CARGO_TARGET_DIR", place.join("target"));
     let output = program.env("RUSTUP_TOOLCHAIN", "here").output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(said, "tmcl-studio, the program of the page, was not built; what is wrong with it stands above\n");
+    assert_eq!(
+        said,
+        "tmcl-studio and tmcl-studio-image, the programs of the page, were not built; what is wrong with them stands above\n"
+    );
     let calls = fs::read_to_string(place.join("calls")).unwrap();
     let called: Vec<_> = calls.lines().map(|line| line.split(' ').take(2).collect::<Vec<_>>().join(" ")).collect();
     assert_eq!(called, ["rustc --print", "rustup target", "rustc --print", "rustc --print", "cargo build"], "{calls}");
-    assert!(calls.contains("cargo build --profile page --target wasm32-unknown-unknown --package tmcl-studio"));
+    assert!(calls.contains(
+        "cargo build --profile page --target wasm32-unknown-unknown --package tmcl-studio --package tmcl-studio-image"
+    ));
 }
