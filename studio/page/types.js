@@ -3,11 +3,13 @@
 /** @typedef {{ address: number, opcode: number, kind: number, motor: number, value: number }} Request */
 /** @typedef {{ request: Request, timeout: number }} Exchange */
 /** @typedef {{ reply: number[] } | { no_reply: number } | { others: { asked: number, answered: number[] } } | 'address' | { lost: string } | 'interrupted'} Outcome */
-/** @typedef {{ product: string, world: string | null }} Start */
+/** @typedef {{ product: string, world: string | null, eeprom: string | null }} Start */
+/** @typedef {{ start: Start, done: string[], until: number }} Play */
+/** @typedef {{ eeprom: string }} Contents */
 /** @typedef {{ product: string | null }} Image */
 /** @typedef {{ line: string }} Line */
 /** @typedef {{ ticket: number }} Ticket */
-/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, stopped: string | null, nap: number }} Turn */
+/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, stored: number, playing: boolean, stopped: string | null, nap: number }} Turn */
 /** @typedef {{ ticket: number, outcome: Outcome }} Finished */
 /** @typedef {{ bytes: number[] }} Bytes */
 /** @typedef {{ outcome: Outcome | null }} Taken */
@@ -95,7 +97,6 @@
 /** @typedef {{ text: string, on: boolean | null }} StatusReading */
 /** @typedef {{ axis: number }} StatusOf */
 
-export {};
 /** @typedef {{ ticket: number | null, line: string }} LineTold */
 /** @typedef {{ touchables: WorldTouchable[], stages: WorldStage[] }} WorldOffers */
 /** @typedef {{ axis: number | null, name: string, how: WorldTouch, shown: string | null }} WorldTouchable */
@@ -106,3 +107,9 @@ export {};
 /** @typedef {{ turn: number, circle: number | null, lowest: number | null, highest: number | null, zones: WorldZone[] }} WorldStage */
 /** @typedef {{ name: string, from: number | null, to: number | null }} WorldZone */
 /** @typedef {{ row: SampleRow, paused: boolean, factor: number, wanted: number | null }} WorldSeen */
+/** @typedef {{ session: number, title: string, made: SessionMaker | null, start: Start, texts: NamedText[], curves: string[], done: string[], until: number }} Session */
+/** @typedef {{ version: string, hash: string }} SessionMaker */
+/** @typedef {{ session: Session, name: string, lines: string[], readings: number, length: number }} SessionRead */
+/** @typedef {{ text: string }} SessionText */
+
+export {};

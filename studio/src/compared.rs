@@ -79,8 +79,8 @@ fn the_page_has_the_same_types() {
     let mut examples = vec![
         ("Request", json!(request)),
         ("Exchange", json!(Exchange { request, timeout: 1000 })),
-        ("Start", json!(Start { product: "1140".into(), world: Some("[motor]".into()) })),
-        ("Start", json!(Start { product: "1140".into(), world: None })),
+        ("Start", json!(Start { product: "1140".into(), world: Some("[motor]".into()), eeprom: None })),
+        ("Start", json!(Start { product: "1140".into(), world: None, eeprom: Some("ff".into()) })),
         ("Line", json!(Line { line: "state".into() })),
         ("Ticket", json!(Ticket { ticket: 1 })),
         ("Bytes", json!(Bytes { bytes: vec![1] })),
@@ -109,7 +109,7 @@ fn the_page_has_the_same_types() {
         examples.extend(lines.iter().map(|line| ("LineTold", json!(line))));
         examples.push(("Outcome", json!(outcome)));
         examples.push(("Read", json!(Read { request, outcome: outcome.clone() })));
-        examples.push(("Taken", json!(Taken { outcome: Some(outcome) })));
+        examples.push(("Taken", json!(Taken { outcome: Some(outcome.clone()) })));
         examples.push(("Finished", json!(finished)));
         examples.push((
             "Turn",
@@ -121,6 +121,8 @@ fn the_page_has_the_same_types() {
                 paused: true,
                 powered: true,
                 starts: 0,
+                stored: 0,
+                playing: false,
                 stopped: Some("it has locked up".into()).filter(|_: &String| matches!(outcome, Outcome::Address)),
                 nap: 1.5
             }),
@@ -135,6 +137,7 @@ fn the_page_has_the_same_types() {
     examples.extend(crate::log::examples());
     examples.extend(crate::program::examples());
     examples.extend(crate::scope::examples());
+    examples.extend(crate::session::examples());
     examples.extend(crate::status::examples());
     examples.extend(crate::world::examples());
     examples.extend(crate::language::examples());

@@ -22,7 +22,7 @@ use crate::serial::SerialPort;
 use crate::tools::Tools;
 use crate::types::{Answer, Module, Nothing, Progress};
 use crate::virtual_module::Virtual;
-use crate::{language, parameters, scope, status, stop, tools, world};
+use crate::{language, parameters, scope, session, status, stop, tools, world};
 
 /// What a door gives.
 pub type Given<T> = Result<T, Failure>;
@@ -158,6 +158,16 @@ doors! {
     products: |nothing| Ok(tools::products(nothing));
     /// Starts a virtual module in this instance.
     virtual_start: |start| Virtual::start(&start, time()).map(put_virtual).map_err(Failure::Failed);
+    /// Starts a virtual module to which is done what was done to another one.
+    virtual_play: |play| Virtual::play(&play, time()).map(put_virtual).map_err(Failure::Failed);
+    /// What the virtual module was when it began, and what has been done to it since.
+    virtual_done: |Nothing {}| with_virtual(|module| module.done())?.map_err(Failure::Failed);
+    /// What the EEPROM of the virtual module has.
+    virtual_eeprom: |Nothing {}| with_virtual(|module| module.eeprom());
+    /// Reads the text of a session, and checks all of it.
+    session_read: |text| session::read(&text).map_err(Failure::Failed);
+    /// A session as a scenario of `tmcl test`.
+    session_scenario: |session| session::write(&session).map_err(Failure::Failed);
     /// Gives a request to the virtual module.
     virtual_ask: |request| with_virtual(|module| module.ask(request));
     /// Gives a line of the control port to the virtual module.

@@ -9,6 +9,7 @@
 //! * [`running`] - what a page does with a virtual module, whatever this runs
 //! * [`virtual_module`] - a virtual module, and the lines of its control port
 //! * [`world`] - what there is to be touched and drawn around it
+//! * [`session`] - what was done to a virtual module, to be done again elsewhere
 //! * [`serial`] - telegrams of nine bytes on a stream of bytes
 //! * [`stop`] - what stops all motors
 //! * [`log`] - what goes over a link, in lines
@@ -33,6 +34,7 @@ pub mod recorder;
 pub mod running;
 pub mod scope;
 pub mod serial;
+pub mod session;
 pub mod status;
 pub mod stop;
 pub mod tools;

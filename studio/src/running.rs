@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::scope::Watched;
-use crate::types::{Line, Module, Nothing, Request, SampleRow, Ticket, Turn};
+use crate::types::{Contents, Line, Module, Nothing, Play, Request, SampleRow, Ticket, Turn};
 use crate::world::WorldSeen;
 
 /// A virtual module behind the doors.
@@ -13,6 +13,15 @@ pub trait Running {
 
     /// Takes a request. Its reply comes with a later turn.
     fn ask(&mut self, asked: Request) -> Ticket;
+
+    /// What it was when it began, and what has been done to it since.
+    ///
+    /// # Errors
+    /// That is more than a session has.
+    fn done(&mut self) -> Result<Play, String>;
+
+    /// What its EEPROM has.
+    fn eeprom(&mut self) -> Contents;
 
     /// The values of curves now, which are looked at without letting time pass.
     fn look(&mut self, watched: &Watched) -> SampleRow;

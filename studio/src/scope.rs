@@ -168,7 +168,7 @@ pub fn of_requests(Shown { product, is_virtual, requests }: &Shown) -> Offers {
             decimals: 0,
             note: String::new(),
             request: Some(*request),
-            looked_at: false,
+            looked_at: *is_virtual && product.is_some_and(|product| can_be_seen(command, product)),
         })
     };
     Offers { curves: requests.iter().map(curve).collect(), usual: Vec::new() }
@@ -190,6 +190,16 @@ pub fn seen(wanted: &str, product: Product) -> Result<Seen, String> {
         Some(name) => quantity(&name).map(Seen::As),
         None => quantity(wanted).map(Seen::As),
     }
+}
+
+/// The value of the world that a curve of a virtual module shows, by the name that scenarios and conditions have for it; `None`
+/// if it is read otherwise.
+pub fn in_the_world_named(wanted: &str, product: Product) -> Option<String> {
+    let name = match text::parse(wanted) {
+        Ok(command) => in_the_world(command, product.spec())?,
+        Err(_) => wanted.into(),
+    };
+    Look::parse(&name, product.kind()).ok().map(|look| look.name())
 }
 
 /// The value of the world that is the same as what a command reads, where that costs the module a datagram to a chip, or its
@@ -379,7 +389,7 @@ mod tests {
     #[test]
     fn curves_have_names_units_and_what_is_to_be_known() {
         let of = |texts: &[&str]| curves(&wanted(Some("3212"), true, texts)).unwrap();
-        let all = of(&["GAP 3, 2", "GAP 207, 0", "rotor 2", "load 1", "GIO 1, 0", "GAP 8, 0"]);
+        let all = of(&["GAP 3, 2", "GAP 207, 0", "rotor 2", "load 1", "GIO 1, 0", "GAP 2, 0"]);
         let names: Vec<_> =
             all.iter().map(|curve| (curve.name.as_str(), curve.unit.as_str(), curve.decimals)).collect();
         assert_eq!(names[0], ("actual speed 2", "pps", 0));
@@ -396,7 +406,7 @@ mod tests {
         assert!(!curves(&wanted(None, false, &["GAP 1, 0"])).unwrap()[0].looked_at);
         let requests = [(13, 2), (6, 1)].map(|(opcode, kind)| Request::new(1, Command::new(opcode, kind, 0, 0))).into();
         let shown = of_requests(&Shown { product: Some("1140".into()), is_virtual: true, requests }).curves;
-        assert_eq!(shown.iter().map(|curve| curve.looked_at).collect::<Vec<_>>(), [false, true]);
+        assert_eq!(shown.iter().map(|curve| curve.looked_at).collect::<Vec<_>>(), [true, true]);
     }
 
     #[test]

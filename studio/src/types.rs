@@ -108,6 +108,28 @@ pub struct Start {
     pub product: String,
     /// Its world, a text of `tmcl sim --world`; null for the usual one.
     pub world: Option<String>,
+    /// What its EEPROM has, two hexadecimal digits for each byte; null as it leaves the factory.
+    pub eeprom: Option<String>,
+}
+
+/// A virtual module to which things are done that were done to another one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Play {
+    /// The module.
+    pub start: Start,
+    /// What is done, as in a session.
+    pub done: Vec<String>,
+    /// When time stands still, in microseconds of the module's time.
+    pub until: u64,
+}
+
+/// What an EEPROM has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contents {
+    /// Two hexadecimal digits for each byte.
+    pub eeprom: String,
 }
 
 /// A flash image of the TMCL firmware.
@@ -164,6 +186,10 @@ pub struct Turn {
     pub starts: u32,
     /// Why the module cannot go on, in words; null while it can. Then its time stands still for good.
     pub stopped: Option<String>,
+    /// How often a page of its EEPROM has been written.
+    pub stored: u32,
+    /// Whether things are done to it that were done to another one, or have been, and nobody has taken over since.
+    pub playing: bool,
     /// After how many milliseconds there is something to do again.
     pub nap: f64,
 }

@@ -1,25 +1,32 @@
 //! A virtual module whose time goes by the clock of the page, or as the lines of its control port say. What it runs, the firmware's
 //! core or a flash image, is the choice of who starts it.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::Poll;
 use std::time::Duration;
 
 use hal_sim::board::BoardKind;
-use hal_sim::clock::Nanos;
+use hal_sim::chip::at25::Backing;
+use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
 use tmcl_tools::desk::{
     ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
 };
 use tmcl_tools::product;
+use tmcl_tools::request::Typed;
 use tmcm_sim::client::Client;
 use tmcm_sim::fleet::{Fleet, Member};
-use tmcm_sim::protocol::Speed;
+use tmcm_sim::protocol::{Request as Protocol, Speed};
 use tmcm_sim::{Model, NativeModule, Product, VirtualModule};
 
 use crate::recorder::Recorder;
 use crate::running::Running;
 use crate::scope::Watched;
-use crate::types::{Finished, Line, LineTold, Module, Nothing, Outcome, Request, SampleRow, Start, Ticket, Turn};
+use crate::session::{Around, Journal, Player, What};
+use crate::types::{
+    Contents, Finished, Line, LineTold, Module, Nothing, Outcome, Play, Request, SampleRow, Start, Ticket, Turn,
+};
 use crate::world::{self, WorldSeen};
 
 /// Seed of the module's random numbers.
@@ -34,6 +41,8 @@ pub type Make<M> = Box<dyn Fn(Member<'_>, u32) -> Result<M, String>>;
 pub struct Virtual<M> {
     product: Product,
     world: WorldConfig,
+    /// The text of its world.
+    text: Option<String>,
     make: Make<M>,
     fleet: Fleet<M>,
     kinds: [&'static BoardKind; 1],
@@ -45,11 +54,33 @@ pub struct Virtual<M> {
     last: u32,
     /// How often it has begun anew.
     starts: u32,
+    /// What its EEPROM had when it began; `None` as it leaves the factory.
+    eeprom: Option<Vec<u8>>,
+    writes: Writes,
 }
 
-/// What the page watches, and the lines that are for it.
+/// Counts how often a page of an EEPROM is written.
+#[derive(Clone, Debug, Default)]
+struct Writes(Arc<AtomicU32>);
+
+impl Writes {
+    fn count(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl Backing for Writes {
+    fn keep(&mut self, _: &[u8]) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        true
+    }
+}
+
+/// What the page watches, the lines that are for it, and what is done to the module at its time.
 #[derive(Debug, Default)]
 struct Page {
+    player: Option<Player>,
+    journal: Journal,
     watch: Option<Watch>,
     recorder: Option<Recorder>,
     lines: Vec<LineTold>,
@@ -57,8 +88,9 @@ struct Page {
 
 impl Watcher for Page {
     fn watch_due(&self) -> Option<Nanos> {
-        let due = [self.watch.as_ref().map(Watch::due), self.recorder.as_ref().map(Recorder::due)];
-        due.into_iter().flatten().min()
+        let (watch, recorder) = (self.watch.as_ref().map(Watch::due), self.recorder.as_ref().map(Recorder::due));
+        let player = self.player.as_ref().and_then(Player::due);
+        [watch, recorder, player].into_iter().flatten().min()
     }
 
     fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
@@ -68,6 +100,10 @@ impl Watcher for Page {
         if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.due() <= fleet.now()) {
             recorder.take(fleet);
         }
+        // A row has what was there before something is done at its moment.
+        if let Some(player) = &mut self.player {
+            player.act(fleet, &mut self.journal);
+        }
     }
 
     /// Lines are taken after each turn.
@@ -76,7 +112,8 @@ impl Watcher for Page {
     }
 }
 
-fn fleet<M: VirtualModule>(
+/// The module, alone among its like.
+pub(crate) fn fleet<M: VirtualModule>(
     product: Product,
     world: &WorldConfig,
     eeprom: Option<&[u8]>,
@@ -88,14 +125,32 @@ fn fleet<M: VirtualModule>(
     Ok(fleet)
 }
 
+/// How a module is made that runs the firmware's core.
+pub(crate) fn of_the_core() -> Make<NativeModule> {
+    Box::new(|Member { model, world, eeprom }, seed| Ok(NativeModule::of(model, world, eeprom, seed)))
+}
+
 impl Virtual<NativeModule> {
     /// A fresh module that runs the firmware's core, at the moment `at`.
     ///
     /// # Errors
-    /// There is no such product, or its world cannot be so.
+    /// There is no such product, or its world or its EEPROM cannot be so.
     pub fn start(start: &Start, at: Duration) -> Result<Self, String> {
-        let make = |Member { model, world, eeprom }: Member<'_>, seed| Ok(NativeModule::of(model, world, eeprom, seed));
-        Self::of(start, at, Box::new(make))
+        Self::of(start, at, of_the_core())
+    }
+
+    /// A fresh module to which is done what was done to another one; at the end its time stands still.
+    ///
+    /// # Errors
+    /// Those of [`start`](Self::start), or something of it cannot be done.
+    pub fn play(play: &Play, at: Duration) -> Result<Self, String> {
+        let player = Player::of(play)?;
+        let mut module = Self::start(&play.start, at)?;
+        module.timekeeper.pause_at(Some(player.until()));
+        module.page.player = Some(player);
+        // What is done at once is done before any time passes.
+        module.page.tell(&mut module.fleet);
+        Ok(module)
     }
 }
 
@@ -106,12 +161,13 @@ impl<M: VirtualModule> Virtual<M> {
     /// There is no such product, its world cannot be so, or the module cannot be made.
     pub fn of(start: &Start, at: Duration, make: Make<M>) -> Result<Self, String> {
         let product = product::named(&start.product)?;
-        let world = world::config(start)?;
-        let fleet = fleet(product, &world, None, &make)?;
+        let (world, eeprom) = (world::config(start)?, world::eeprom(start, product)?);
+        let fleet = fleet(product, &world, eeprom.as_deref(), &make)?;
         let timekeeper = Timekeeper::new(Speed::Factor(1.0), None, at, fleet.now());
-        Ok(Virtual {
+        let mut module = Virtual {
             product,
             world,
+            text: start.world.clone(),
             make,
             fleet,
             kinds: [product.kind()],
@@ -121,7 +177,54 @@ impl<M: VirtualModule> Virtual<M> {
             asked: Vec::new(),
             last: 0,
             starts: 0,
-        })
+            eeprom,
+            writes: Writes::default(),
+        };
+        module.count_writes();
+        Ok(module)
+    }
+
+    fn count_writes(&mut self) {
+        let writes = Box::new(self.writes.clone());
+        if let Some(module) = self.fleet.modules_mut().first_mut() {
+            module.board_mut().at25_mut().keep_in(writes);
+        }
+    }
+
+    fn contents(&mut self) -> Option<Vec<u8>> {
+        self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec())
+    }
+
+    /// Somebody does something to the module at the next whole microsecond: what is done to it by itself ends.
+    fn take_over(&mut self, what: What) {
+        self.page.player = None;
+        self.timekeeper.pause_at(None);
+        self.page.journal.note(self.fleet.now(), what);
+    }
+
+    /// Notes a line of the control port that was carried out, if it has changed something.
+    fn note_line(&mut self, line: &str) {
+        let what = match Protocol::parse(line, &self.kinds) {
+            // It has gone to the module as any other command.
+            Ok(Protocol::Send { command, .. }) => {
+                let request = Typed::parse(&command).and_then(|typed| typed.request(Some(self.product)));
+                request.ok().map(|request| What::Command(request.command))
+            }
+            Ok(request) => Around::of(&request).map(|around| What::Around(line.into(), around)),
+            Err(_) => None,
+        };
+        if let Some(what) = what {
+            self.take_over(what);
+        }
+    }
+
+    /// Lets time pass to the next whole microsecond, in which sessions have their times.
+    fn settle(&mut self) {
+        let whole = self.fleet.now().next_multiple_of(MICROSECOND);
+        if whole > self.fleet.now() {
+            self.fleet.run_until(whole);
+            self.page.tell(&mut self.fleet);
+        }
     }
 
     fn answer(&mut self, ControllerId(asker): ControllerId, result: Result<Option<Told>, String>) {
@@ -131,11 +234,14 @@ impl<M: VirtualModule> Virtual<M> {
 
     /// The module begins anew, with what its EEPROM has.
     fn restart(&mut self, asker: ControllerId, at: Duration) {
-        let eeprom = self.fleet.modules_mut().first_mut().map(|module| module.board_mut().at25().contents().to_vec());
+        let eeprom = self.contents();
         match fleet(self.product, &self.world, eeprom.as_deref(), &self.make) {
             Ok(fleet) => self.fleet = fleet,
             Err(error) => return self.answer(asker, Err(error)),
         }
+        self.eeprom = eeprom;
+        self.count_writes();
+        (self.page.journal, self.page.player) = (Journal::default(), None);
         self.starts = self.starts.wrapping_add(1);
         self.timekeeper = self.timekeeper.anew(at, self.fleet.now());
         // Its time begins anew, and with it the milliseconds.
@@ -157,9 +263,25 @@ impl<M: VirtualModule> Running for Virtual<M> {
     }
 
     fn ask(&mut self, asked: Request) -> Ticket {
+        self.settle();
+        self.take_over(What::Command(asked.command()));
         self.last = self.last.wrapping_add(1);
         self.asked.push((self.last, self.fleet.ask(0, asked.command())));
         Ticket { ticket: self.last }
+    }
+
+    fn done(&mut self) -> Result<Play, String> {
+        let start = Start {
+            product: product::short(self.product).into(),
+            world: self.text.clone(),
+            eeprom: self.eeprom.as_deref().map(world::contents),
+        };
+        let until = self.fleet.now().div_ceil(MICROSECOND);
+        Ok(Play { start, done: self.page.journal.texts()?, until })
+    }
+
+    fn eeprom(&mut self) -> Contents {
+        Contents { eeprom: self.contents().as_deref().map(world::contents).unwrap_or_default() }
     }
 
     fn look(&mut self, watched: &Watched) -> SampleRow {
@@ -181,12 +303,16 @@ impl<M: VirtualModule> Running for Virtual<M> {
     fn control(&mut self, Line { line }: &Line, at: Duration) -> Ticket {
         self.last = self.last.wrapping_add(1);
         let ticket = self.last;
+        self.settle();
         // Each line is that of somebody else, as if it came over a connection of its own.
         let asker = ControllerId(ticket.into());
         let Virtual { fleet, timekeeper, inquiries, kinds, .. } = self;
         match carry_out(asker, line, kinds, fleet, timekeeper, inquiries, at) {
-            Ok(Carried::Later) => {}
-            Ok(Carried::Done(told)) => self.answer(asker, Ok(told)),
+            Ok(Carried::Later) => self.note_line(line),
+            Ok(Carried::Done(told)) => {
+                self.note_line(line);
+                self.answer(asker, Ok(told));
+            }
             Ok(Carried::Watch(watch)) => {
                 self.answer(asker, Ok(Some(Told::time(watch.begun()))));
                 self.page.watch = Some(watch);
@@ -240,6 +366,8 @@ impl<M: VirtualModule> Running for Virtual<M> {
             paused: self.timekeeper.is_paused(),
             powered: self.fleet.modules_mut().first_mut().is_some_and(|module| module.board_mut().is_powered()),
             starts: self.starts,
+            stored: self.writes.count(),
+            playing: self.page.player.is_some(),
             stopped,
             nap,
         }
@@ -267,7 +395,8 @@ mod tests {
     impl Desk {
         fn of(product: &str) -> Self {
             Desk {
-                module: Virtual::start(&Start { product: product.into(), world: None }, Duration::ZERO).unwrap(),
+                module: Virtual::start(&Start { product: product.into(), world: None, eeprom: None }, Duration::ZERO)
+                    .unwrap(),
                 clock: Cell::new(0),
             }
         }
@@ -310,7 +439,7 @@ mod tests {
         let before = desk.control("state")["rotor"].as_i64().unwrap();
         (0..100).for_each(|_| drop(desk.turn()));
         assert_eq!(desk.control("state")["rotor"], before);
-        let watched = watched(&["GAP 3, 0", "GAP 1, 9", "GAP 8, 0"]);
+        let watched = watched(&["GAP 3, 0", "GAP 1, 9", "GAP 2, 0"]);
         let time = desk.control("state")["time_us"].clone();
         assert_eq!(desk.module.look(&watched).values[1..], [None, None]);
         assert_eq!(desk.control("state")["time_us"], time);
@@ -377,7 +506,7 @@ mod tests {
         assert_eq!(desk.ask(Command::new(6, 1, 0, 0)), Outcome::NoReply(0));
         assert!(desk.control("fault fire on")["error"].as_str().unwrap().contains("unknown fault 'fire'"));
         let start = |product: &str, world: &str| {
-            let start = Start { product: product.into(), world: Some(world.into()) };
+            let start = Start { product: product.into(), world: Some(world.into()), eeprom: None };
             Virtual::start(&start, Duration::ZERO).map(|_| ()).unwrap_err()
         };
         assert!(start("9999", "").contains("9999"));
@@ -388,7 +517,7 @@ mod tests {
     #[test]
     fn a_world_is_kept() {
         let world = Some("[stage]\nhard_left = -512".into());
-        let module = Virtual::start(&Start { product: "1140".into(), world }, Duration::ZERO).unwrap();
+        let module = Virtual::start(&Start { product: "1140".into(), world, eeprom: None }, Duration::ZERO).unwrap();
         let mut desk = Desk { module, clock: Cell::new(0) };
         assert_eq!(desk.control("restart")["ok"], true);
         desk.ask(Command::new(2, 0, 0, 500));

@@ -4,6 +4,7 @@ use hal_sim::control::{Touch, Touchable, touchables};
 use hal_sim::world::config::{StageConfig, WorldConfig};
 use serde::{Deserialize, Serialize};
 use tmcl_tools::product;
+use tmcm_sim::Product;
 
 use crate::types::{SampleRow, Start};
 
@@ -143,10 +144,32 @@ pub fn offers(start: &Start) -> Result<WorldOffers, String> {
 ///
 /// # Errors
 /// There is no such product, or its world cannot be so.
-pub fn config(Start { product, world }: &Start) -> Result<WorldConfig, String> {
+pub fn config(Start { product, world, .. }: &Start) -> Result<WorldConfig, String> {
     let kind = product::named(product)?.kind();
     let read = |text: &String| WorldConfig::parse_for(kind, text).map_err(|error| format!("the world: {error}"));
     world.as_ref().map_or_else(|| Ok(WorldConfig::default()), read)
+}
+
+/// What the EEPROM has of a module that is started so; `None` as it leaves the factory.
+///
+/// # Errors
+/// It has another size than that of this product, or is not hexadecimal.
+pub fn eeprom(Start { eeprom, .. }: &Start, product: Product) -> Result<Option<Vec<u8>>, String> {
+    let Some(text) = eeprom else { return Ok(None) };
+    let size = product.kind().eeprom.size;
+    if text.len() != 2 * size {
+        let (length, name) = (text.len() / 2, product.name());
+        return Err(format!("the EEPROM: there are {length} bytes, and that of a {name} has {size}"));
+    }
+    let digit = |byte: &u8| char::from(*byte).to_digit(16);
+    let byte = |pair: &[u8]| u8::try_from(digit(pair.first()?)? << 4 | digit(pair.get(1)?)?).ok();
+    let bytes: Option<Vec<u8>> = text.as_bytes().chunks(2).map(byte).collect();
+    bytes.map(Some).ok_or_else(|| "the EEPROM: two hexadecimal digits stand for each byte".into())
+}
+
+/// What an EEPROM has, as [`eeprom`] reads it.
+pub fn contents(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn stage(stage: &StageConfig, turn: i64) -> WorldStage {
@@ -173,7 +196,8 @@ fn touchable(Touchable { axis, name, how, shown }: Touchable) -> WorldTouchable 
 pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
     use serde_json::json;
     let world = String::from("[stage]\nleft = -5\nright = 9\nhard_left = -9\nhard_right = 12\ncircle = 5\n");
-    let with = offers(&Start { product: "1140".into(), world: Some(world.replace("circle = 5\n", "")) }).unwrap();
+    let with = offers(&Start { product: "1140".into(), world: Some(world.replace("circle = 5\n", "")), eeprom: None })
+        .unwrap();
     let mut examples = Vec::new();
     let zone = |from, to| WorldZone { name: "left".into(), from, to };
     for stage in [
@@ -213,7 +237,7 @@ mod tests {
     use super::*;
 
     fn start(product: &str, world: &str) -> Start {
-        Start { product: product.into(), world: Some(world.into()) }
+        Start { product: product.into(), world: Some(world.into()), eeprom: None }
     }
 
     #[test]

@@ -31,6 +31,8 @@ pub struct Timekeeper {
     pacer: Pacer,
     /// While time is paused: how much of it passes after each reply.
     paused: Option<Nanos>,
+    /// When time that goes by the clock is paused by itself.
+    end: Option<Nanos>,
     /// Virtual time that is still to pass after replies.
     debt: Nanos,
     /// Replies that have been counted for that.
@@ -115,6 +117,7 @@ impl Timekeeper {
         Timekeeper {
             pacer,
             paused,
+            end: None,
             debt: 0,
             counted: 0,
             errand: None,
@@ -187,6 +190,11 @@ impl Timekeeper {
     pub fn lag(&mut self) -> Option<(Nanos, f64)> {
         let achieved = self.pacer.achieved();
         self.pacer.lag().map(|lag| (lag, achieved))
+    }
+
+    /// Time that goes by the clock is paused when it has come to `end`.
+    pub fn pause_at(&mut self, end: Option<Nanos>) {
+        self.end = end;
     }
 
     /// Time stands still from now on, and `after_reply` of it passes after each reply.
@@ -282,11 +290,16 @@ impl Timekeeper {
             return;
         }
         let begun = clock();
-        let goal = self.pacer.advance(begun);
-        while self.pacer.is_behind() && clock().saturating_sub(begun) < LONGEST_TURN {
+        let goal = self.pacer.advance(begun).min(self.end.unwrap_or(Nanos::MAX));
+        while self.pacer.reached() < goal && clock().saturating_sub(begun) < LONGEST_TURN {
             let to = goal.min(self.pacer.reached() + stretch(fleet));
             pass(to, fleet, watchers);
             self.pacer.reach(to);
+        }
+        if self.end.is_some_and(|end| end <= fleet.now()) {
+            self.end = None;
+            self.counted = fleet.answered();
+            self.paused = Some(0);
         }
     }
 
