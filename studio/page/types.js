@@ -21,7 +21,7 @@
 /** @typedef {{ address: number, product: string | null, is_virtual: boolean, texts: string[] }} Curves */
 /** @typedef {{ product: string | null, is_virtual: boolean, requests: Request[] }} Shown */
 /** @typedef {{ curves: Curve[], usual: string[] }} Offers */
-/** @typedef {{ text: string, group: string, name: string, unit: string, decimals: number, note: string, request: Request | null, looked_at: boolean }} Curve */
+/** @typedef {{ text: string, group: string, name: string, unit: string, decimals: number, note: string, request: Request | null, looked_at: boolean, in_memory: boolean }} Curve */
 /** @typedef {{ texts: string[] }} Watched */
 /** @typedef {{ at: number, values: (number | null)[] }} SampleRow */
 /** @typedef {{ request: Request, outcome: Outcome }} Read */

@@ -104,12 +104,13 @@ fn the_page_has_the_same_types() {
     }
     for outcome in outcomes {
         let finished = Finished { ticket: 1, outcome: outcome.clone() };
+        let stopped = matches!(outcome, Outcome::Address).then(|| "the core is locked up".into());
         let (told, messages) = ([None, Some(5)], vec!["warning".into()]);
         let lines = told.map(|ticket| LineTold { ticket, line: "{}".into() }).to_vec();
         examples.extend(lines.iter().map(|line| ("LineTold", json!(line))));
         examples.push(("Outcome", json!(outcome)));
         examples.push(("Read", json!(Read { request, outcome: outcome.clone() })));
-        examples.push(("Taken", json!(Taken { outcome: Some(outcome.clone()) })));
+        examples.push(("Taken", json!(Taken { outcome: Some(outcome) })));
         examples.push(("Finished", json!(finished)));
         examples.push((
             "Turn",
@@ -123,7 +124,7 @@ fn the_page_has_the_same_types() {
                 starts: 0,
                 stored: 0,
                 playing: false,
-                stopped: Some("it has locked up".into()).filter(|_: &String| matches!(outcome, Outcome::Address)),
+                stopped,
                 nap: 1.5
             }),
         ));

@@ -84,6 +84,8 @@ pub struct Curve {
     pub request: Option<Request>,
     /// Whether a virtual module shows it at each of its milliseconds, without a telegram.
     pub looked_at: bool,
+    /// Whether that is a look into the memory of the firmware's core: where a flash image runs, only telegrams read it.
+    pub in_memory: bool,
 }
 
 /// Which values of a virtual module make a row at each of its milliseconds.
@@ -160,6 +162,7 @@ pub fn of_requests(Shown { product, is_virtual, requests }: &Shown) -> Offers {
     let product = known(product.as_deref());
     let curve = |request: &Request| {
         let command = request.command();
+        let looked_at = *is_virtual && product.is_some_and(|product| can_be_seen(command, product));
         read(command, request.address, product, *is_virtual).unwrap_or_else(|| Curve {
             text: command.to_string(),
             group: String::new(),
@@ -168,7 +171,8 @@ pub fn of_requests(Shown { product, is_virtual, requests }: &Shown) -> Offers {
             decimals: 0,
             note: String::new(),
             request: Some(*request),
-            looked_at: *is_virtual && product.is_some_and(|product| can_be_seen(command, product)),
+            looked_at,
+            in_memory: looked_at,
         })
     };
     Offers { curves: requests.iter().map(curve).collect(), usual: Vec::new() }
@@ -268,6 +272,7 @@ fn read(command: Command, address: u16, product: Option<Product>, is_virtual: bo
         note: note.into(),
         request: Some(Request::new(address, command)),
         looked_at,
+        in_memory: looked_at && in_the_world(command, spec).is_none(),
     })
 }
 
@@ -312,6 +317,7 @@ fn world(look: &Look) -> Curve {
         note: String::new(),
         request: None,
         looked_at: true,
+        in_memory: false,
     }
 }
 
@@ -340,6 +346,7 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
         note: String::new(),
         request: Some(request),
         looked_at: true,
+        in_memory: false,
     };
     let texts = vec!["GAP 1, 0".into()];
     let shown = Shown { product: None, is_virtual: false, requests: vec![request] };
@@ -389,7 +396,7 @@ mod tests {
     #[test]
     fn curves_have_names_units_and_what_is_to_be_known() {
         let of = |texts: &[&str]| curves(&wanted(Some("3212"), true, texts)).unwrap();
-        let all = of(&["GAP 3, 2", "GAP 207, 0", "rotor 2", "load 1", "GIO 1, 0", "GAP 2, 0"]);
+        let all = of(&["GAP 3, 2", "GAP 207, 0", "rotor 2", "load 1", "GIO 1, 0", "GAP 2, 0", "GAP 4, 0"]);
         let names: Vec<_> =
             all.iter().map(|curve| (curve.name.as_str(), curve.unit.as_str(), curve.decimals)).collect();
         assert_eq!(names[0], ("actual speed 2", "pps", 0));
@@ -397,6 +404,7 @@ mod tests {
         assert_eq!(names[3], ("load 1", "0..1, of the torque at full current", 3));
         assert_eq!(names[4], ("digital input 1", "", 0));
         assert_eq!((all[1].note.as_str(), all[1].looked_at), (CLEARS, false));
+        assert_eq!(all.iter().position(|curve| curve.in_memory), Some(6));
         assert_eq!((all[5].note.as_str(), all[5].looked_at), (OVER_THE_LINK, false));
         let none = |product, is_virtual, text| curves(&wanted(product, is_virtual, &[text])).unwrap_err();
         assert_eq!(none(Some("1140"), false, "rotor"), "'rotor' is no curve of this module");

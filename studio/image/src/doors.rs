@@ -39,7 +39,6 @@ tmcl_studio::doors! {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
     use serde_json::{Value, json};
     use tmcl_studio::doors::{virtual_ask, virtual_control, virtual_look, virtual_turn};
