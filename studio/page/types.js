@@ -6,10 +6,11 @@
 /** @typedef {{ product: string, world: string | null, eeprom: string | null }} Start */
 /** @typedef {{ start: Start, done: string[], until: number }} Play */
 /** @typedef {{ eeprom: string }} Contents */
+/** @typedef {{ text: string, product: string }} WorldText */
 /** @typedef {{ product: string | null }} Image */
 /** @typedef {{ line: string }} Line */
 /** @typedef {{ ticket: number }} Ticket */
-/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, stored: number, playing: boolean, stopped: string | null, nap: number }} Turn */
+/** @typedef {{ replies: Finished[], lines: LineTold[], messages: string[], rows: SampleRow[], paused: boolean, powered: boolean, starts: number, stored: number, left: number | null, stopped: string | null, nap: number }} Turn */
 /** @typedef {{ ticket: number, outcome: Outcome }} Finished */
 /** @typedef {{ bytes: number[] }} Bytes */
 /** @typedef {{ outcome: Outcome | null }} Taken */

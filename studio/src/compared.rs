@@ -123,7 +123,7 @@ fn the_page_has_the_same_types() {
                 powered: true,
                 starts: 0,
                 stored: 0,
-                playing: false,
+                left: [Some(1.5), None][usize::from(stopped.is_some())],
                 stopped,
                 nap: 1.5
             }),

@@ -178,6 +178,8 @@ doors! {
     virtual_look: |watched| with_virtual(|module| module.look(&watched));
     /// The same, and how its time goes.
     virtual_see: |watched| with_virtual(|module| module.see(&watched, time()));
+    /// What is wrong with the text of a world, and where.
+    world_check: |text| world::check(&text).map_err(Failure::Failed);
     /// What there is to be touched and drawn in a world.
     world_offers: |start| world::offers(&start).map_err(Failure::Failed);
     /// Makes a row of values of the virtual module at each of its milliseconds from now on.

@@ -124,6 +124,16 @@ pub struct Play {
     pub until: u64,
 }
 
+/// The text of a world that is looked at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldText {
+    /// The text.
+    pub text: String,
+    /// The product that is to stand in it, such as 1140.
+    pub product: String,
+}
+
 /// What an EEPROM has.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -188,8 +198,8 @@ pub struct Turn {
     pub stopped: Option<String>,
     /// How often a page of its EEPROM has been written.
     pub stored: u32,
-    /// Whether things are done to it that were done to another one, or have been, and nobody has taken over since.
-    pub playing: bool,
+    /// How many milliseconds are left of a session that is done again; null if none is, or somebody has taken over.
+    pub left: Option<f64>,
     /// After how many milliseconds there is something to do again.
     pub nap: f64,
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use hal_sim::board::BoardKind;
 use hal_sim::chip::at25::Backing;
-use hal_sim::clock::{MICROSECOND, Nanos};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
 use tmcl_tools::desk::{
     ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
@@ -353,6 +353,8 @@ impl<M: VirtualModule> Running for Virtual<M> {
             self.answer(asker, Ok(Some(told)));
         }
         let stopped = self.fleet.modules().first().and_then(M::stopped);
+        let left = self.page.player.as_ref().map(|player| player.until().saturating_sub(self.fleet.now()));
+        let left = left.map(|left| left as f64 / MILLISECOND as f64);
         let messages = self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log).collect();
         let now = clock();
         let wake = self.timekeeper.wake(now, &self.fleet, NAP);
@@ -367,7 +369,7 @@ impl<M: VirtualModule> Running for Virtual<M> {
             powered: self.fleet.modules_mut().first_mut().is_some_and(|module| module.board_mut().is_powered()),
             starts: self.starts,
             stored: self.writes.count(),
-            playing: self.page.player.is_some(),
+            left,
             stopped,
             nap,
         }

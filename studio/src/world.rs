@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use tmcl_tools::product;
 use tmcm_sim::Product;
 
-use crate::types::{SampleRow, Start};
+use crate::language::{Checked, Mistake, Severity};
+use crate::types::{SampleRow, Start, WorldText};
 
 /// What there is to be touched and drawn in a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -140,6 +141,47 @@ pub fn offers(start: &Start) -> Result<WorldOffers, String> {
     Ok(WorldOffers { touchables: touchables(kind).into_iter().map(touchable).collect(), stages: stages.collect() })
 }
 
+/// What is wrong with the text of a world, as the editor shows it: that alone which is found first.
+///
+/// # Errors
+/// There is no such product.
+pub fn check(WorldText { text, product }: &WorldText) -> Result<Checked, String> {
+    let kind = product::named(product)?.kind();
+    let messages: Vec<Mistake> =
+        WorldConfig::parse_for(kind, text).err().map(|why| mistake(&why, text)).into_iter().collect();
+    Ok(Checked {
+        lines: Vec::new(),
+        messages,
+        more: None,
+        commands: Vec::new(),
+        labels: Vec::new(),
+        used: 0,
+        room: None,
+    })
+}
+
+/// What is said of a world, at its place. The message of the TOML parser shows the line once more, which is left out.
+fn mistake(why: &str, text: &str) -> Mistake {
+    let number = |word: &str| {
+        let (_, behind) = why.split_once(word)?;
+        behind.split(|letter: char| !letter.is_ascii_digit()).next()?.parse::<usize>().ok()?.checked_sub(1)
+    };
+    let line = number("line ").unwrap_or(0);
+    let length = text.lines().nth(line).map_or(0, |line| line.encode_utf16().count());
+    let start = number("column ").filter(|start| *start < length).unwrap_or(0);
+    let is_shown_again = |line: &&str| line.contains('|') || line.starts_with("TOML parse error");
+    let words: Vec<&str> = why.trim_end().lines().filter(|line| !is_shown_again(line)).collect();
+    Mistake {
+        file: None,
+        line,
+        start,
+        end: length.max(start),
+        severity: Severity::Error,
+        words: words.join(" "),
+        advice: None,
+    }
+}
+
 /// The world that a module is started in.
 ///
 /// # Errors
@@ -254,5 +296,21 @@ mod tests {
         assert_eq!((&left.how, left.shown.as_deref()), (&WorldTouch::Switch(lines), Some("switches.left 5")));
         assert!(offers(&start("1140", "[motor]\nfrictoin = 1")).unwrap_err().contains("frictoin"));
         assert!(offers(&start("9999", "")).is_err());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_world_has_its_place() {
+        let of = |product: &str, text: &str| {
+            let Checked { messages, .. } = check(&WorldText { text: text.into(), product: product.into() }).unwrap();
+            messages.into_iter().map(|one| (one.line, one.start, one.end, one.words)).collect::<Vec<_>>()
+        };
+        assert!(of("1140", "[stage]\nleft = 5\n").is_empty());
+        let [(1, 0, 9, words)] = &of("1140", "[stage]\nlefft = 1\n[motor]\n")[..] else { panic!() };
+        assert!(words.starts_with("unknown field `lefft`, expected one of ") && !words.contains('|'), "{words}");
+        let [(2, 0, 10, words)] = &of("1140", "[stage]\nright = 500\nleft = 500\n")[..] else { panic!() };
+        assert!(words.contains("stage.left: 500 is not below stage.right (500)"), "{words}");
+        let [(3, 0, _, words)] = &of("3110", "[[axis]]\n[[axis]]\n[[axis]]\n[[axis]]\n")[..] else { panic!() };
+        assert!(words.contains("the TMCM-3110 has"), "{words}");
+        let [(0, 8, 9, _)] = &of("1140", "[stage] =")[..] else { panic!() };
     }
 }

@@ -224,7 +224,7 @@ fn check_name(name: &str, what: &str) -> Result<(), String> {
 
 #[cfg(test)]
 pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
-    use crate::types::Contents;
+    use crate::types::{Contents, WorldText};
     use serde_json::json;
     let start = Start { product: "1140".into(), world: None, eeprom: None };
     let done = vec![String::from("5 MST 0")];
@@ -249,6 +249,7 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
         ("SessionText", json!(SessionText { text: String::new() })),
         ("Play", json!(Play { start: start.clone(), done, until: 9 })),
         ("Contents", json!(Contents { eeprom: "ff".into() })),
+        ("WorldText", json!(WorldText { text: String::new(), product: "1140".into() })),
     ]
 }
 

@@ -149,11 +149,11 @@ fn what_was_done_is_done_again_with_the_same_numbers() {
             for (row, same) in rows.iter().zip(&desk.rows) {
                 assert_eq!(row, same, "{product:?}");
             }
-            assert!(desk.turn().playing);
+            assert_eq!(desk.turn().left, Some(0.0));
             // What has been done again is what is done.
             assert_eq!(desk.module.done().unwrap(), play);
             desk.send("GAP 1, 0");
-            assert!(!desk.turn().playing, "somebody has taken over");
+            assert_eq!(desk.turn().left, None, "somebody has taken over");
         }
     }
 }
