@@ -4,7 +4,7 @@
 //! The page has instances of this in workers: one for each link, which has a virtual module or the framing of a serial port, and
 //! one for the tools, which reach a link by their wire. What goes through the doors is JSON, with the types of [`types`].
 //!
-//! * [`doors`] - what the page calls, and what is called of it; the only file with `unsafe`
+//! * [`mod@doors`] - what the page calls, and what is called of it; the only file with `unsafe`
 //! * [`types`] - what is asked, and what is told
 //! * [`running`] - what a page does with a virtual module, whatever this runs
 //! * [`virtual_module`] - a virtual module, and the lines of its control port

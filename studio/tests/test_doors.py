@@ -8,7 +8,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
 from bed.browser import Browser
 from bed.module import ROOT
 from bed.server import Site

@@ -1,4 +1,4 @@
-//! The doors for images, beside [those that are always there](tmcl_studio::doors).
+//! The doors for images, beside [those that are always there](mod@tmcl_studio::doors).
 
 use std::cell::RefCell;
 
