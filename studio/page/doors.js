@@ -127,9 +127,27 @@ export class Doors {
         }
     }
 
+    /**
+     * Gives a file to a door that takes one.
+     * @param {string} door
+     * @param {Uint8Array} bytes
+     * @returns {any}
+     */
+    give(door, bytes) {
+        try {
+            return this.#answer(this.exports[door](this.#put(bytes)));
+        } catch (error) {
+            throw this.#cause(error);
+        }
+    }
+
     /** @param {object} asked */
     #write(asked) {
-        const bytes = encoder.encode(JSON.stringify(asked));
+        return this.#put(encoder.encode(JSON.stringify(asked)));
+    }
+
+    /** @param {Uint8Array} bytes */
+    #put(bytes) {
         const at = this.exports.room(bytes.length);
         new Uint8Array(this.exports.memory.buffer, at, bytes.length).set(bytes);
         return bytes.length;

@@ -75,6 +75,10 @@ export class Host {
             return { text: link.takeLog() };
         } else if (asked.see) {
             return link.see(asked.see);
+        } else if (asked.done) {
+            return link.done();
+        } else if (asked.eeprom) {
+            return link.eeprom();
         } else if (asked.control !== undefined) {
             return link.control(asked.control);
         }
@@ -110,8 +114,8 @@ export class Host {
             }
         };
         const source =
-            wanted.virtual !== undefined
-                ? new VirtualSource(doors, wanted.virtual, hear)
+            wanted.serial === undefined
+                ? new VirtualSource(doors, wanted, hear)
                 : await SerialSource.open(doors, wanted.serial, hear);
         return new Link(source, doors, this.tell, this.address, moved);
     }
@@ -119,6 +123,10 @@ export class Host {
     /** Tries again each second until the link is there. */
     async #lose() {
         const wanted = this.wanted;
+        if (wanted?.play) {
+            // A session is not done again by itself.
+            this.wanted = undefined;
+        }
         const lost = this.link;
         this.link = undefined;
         if (lost) {

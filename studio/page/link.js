@@ -15,6 +15,10 @@ import { Sampler } from './sampler.js';
  *     millisecond
  * @property {(texts: string[]) => import('./types.js').WorldSeen} [see] looks at curves, and at how time goes
  * @property {boolean} [paused] its time does not go by itself
+ * @property {number | null} [left] how much is left of a session that is done again, and not to be disturbed
+ * @property {boolean} [runsImage] it is no firmware into whose memory one can look
+ * @property {() => import('./types.js').Play} [done] what has been done to a virtual module
+ * @property {() => import('./types.js').Contents} [eeprom] what the EEPROM of a virtual module has
  * @property {(line: string) => Promise<string>} control
  * @property {() => Promise<void>} close
  */
@@ -269,10 +273,31 @@ export class Link {
      * @param {string[]} texts
      */
     see(texts) {
-        if (!this.source.see) {
-            throw new Error('only a virtual module has a world');
+        return this.#virtual('see')(texts);
+    }
+
+    /** What a virtual module was when it began, and what has been done to it since. */
+    done() {
+        return this.#virtual('done')();
+    }
+
+    /** What the EEPROM of a virtual module has. */
+    eeprom() {
+        return this.#virtual('eeprom')();
+    }
+
+    /**
+     * Something that only a virtual module does.
+     * @param {'see' | 'done' | 'eeprom'} name
+     * @returns {any}
+     */
+    #virtual(name) {
+        const { source } = this;
+        const found = source[name];
+        if (!found) {
+            throw new Error('this is for virtual modules only');
         }
-        return this.source.see(texts);
+        return found.bind(source);
     }
 
     /**

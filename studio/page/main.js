@@ -6,11 +6,14 @@ import { everythingAsFile, forgetEverything, keepEverything, readEverything, ref
 import { Connection } from './panels/connection.js';
 import { Curves } from './panels/curves.js';
 import { Direct } from './panels/direct.js';
+import { Eeprom } from './panels/eeprom.js';
+import { FlashImage } from './panels/image.js';
 import { Jobs } from './panels/jobs.js';
 import { AxesPanel } from './panels/axes.js';
 import { InputsPanel } from './panels/inputs.js';
 import { Parameters } from './panels/settings.js';
 import { Program } from './panels/program.js';
+import { Sessions } from './panels/sessions.js';
 import { Values } from './panels/values.js';
 import { World } from './panels/world.js';
 import { question } from './question.js';
@@ -98,24 +101,35 @@ async function begin() {
     product.append(...products.map((name) => new Option(`TMCM-${name}`, name)));
     const world = new World(bench);
     const program = new Program(bench);
+    const eeprom = new Eeprom(bench);
+    eeprom.begin();
+    const connection = new Connection(bench, program.texts, eeprom);
+    const image = new FlashImage(bench, connection);
+    const curves = new Curves(bench);
+    const sessions = new Sessions(bench, program, connection);
+    sessions.curves = () => curves.texts;
     bench.panels.push(
         new Direct(bench),
         new Values(at('values'), bench),
-        new Curves(bench),
+        curves,
         new Parameters(bench),
         new InputsPanel(at('inputs'), bench),
         new AxesPanel(at('axes'), bench),
         program,
         program.debugger,
         world,
+        eeprom,
+        image,
+        sessions,
     );
-    hearing.push(new Connection(bench, program.texts), world);
+    hearing.push(connection, world, eeprom, image);
     tabs();
     keeping();
     window.addEventListener('pagehide', () => session.vanish());
     // A page that comes back as it was has no link any more.
     window.addEventListener('pageshow', (event) => event.persisted && location.reload());
     at('state').textContent = 'ready';
+    await sessions.openLink(location.hash);
 }
 
 begin().catch((error) => (at('state').textContent = `this page could not start: ${words(error)}`));

@@ -134,17 +134,25 @@ export class Sampler {
      * @param {Watcher} watcher
      */
     async #askVirtual(watcher) {
-        const asked = watcher.curves.flatMap(({ request, looked_at }, index) =>
-            request && !looked_at ? [{ request, index }] : [],
+        const asked = watcher.curves.flatMap(({ request }, index) =>
+            request && !this.#isLookedAt(watcher.curves[index]) ? [{ request, index }] : [],
         );
         while (asked.length > 0 && watcher.open && this.link.open) {
             for (const { request, index } of asked) {
-                if (watcher.open && !this.link.source.paused) {
+                if (watcher.open && !this.link.source.paused && this.link.source.left == null) {
                     watcher.held[index] = await this.link.sample(request);
                 }
             }
             await sleep(watcher.every ? ASKED : SHOWN);
         }
+    }
+
+    /**
+     * Whether a virtual module shows a curve without a telegram.
+     * @param {Curve} curve
+     */
+    #isLookedAt({ looked_at, in_memory }) {
+        return looked_at && !(in_memory && this.link.source.runsImage);
     }
 
     /**
@@ -154,7 +162,7 @@ export class Sampler {
      */
     #add(watcher, rows) {
         for (const { at, values } of rows) {
-            const whole = values.map((value, index) => (watcher.curves[index].looked_at ? value : watcher.held[index]));
+            const whole = values.map((value, index) => (this.#isLookedAt(watcher.curves[index]) ? value : watcher.held[index]));
             watcher.rows.push({ at, values: whole });
         }
         this.#portion(watcher);

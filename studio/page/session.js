@@ -150,9 +150,10 @@ export class Session {
      * Opens a link, in the place of the one before.
      * @param {object} wanted a virtual module or a serial port
      * @param {number} address
+     * @param {WebAssembly.Module} module the program that has the link
      */
-    open(wanted, address) {
-        return this.#inTurn(() => this.#open(wanted, address));
+    open(wanted, address, module = this.module) {
+        return this.#inTurn(() => this.#open(wanted, address, module));
     }
 
     /** Stops what this page has set in motion, and closes the link. */
@@ -163,8 +164,9 @@ export class Session {
     /**
      * @param {object} wanted
      * @param {number} address
+     * @param {WebAssembly.Module} module
      */
-    async #open(wanted, address) {
+    async #open(wanted, address, module) {
         this.#endJobs();
         this.watchers.clear();
         await this.#leave();
@@ -182,7 +184,7 @@ export class Session {
         }
         this.#join();
         this.moved = false;
-        await this.link.ask({ asked: { open: wanted, module: this.module, address } }).answer;
+        await this.link.ask({ asked: { open: wanted, module, address } }).answer;
     }
 
     /**

@@ -1,16 +1,28 @@
-// A virtual module as what a link leads to. Its time goes by the clock.
+// A virtual module as what a link leads to: one that runs the firmware's core, or a flash image, or to which is done what was done to
+// another one. Its time goes by the clock.
 
 /** @typedef {import('./types.js').Request} Request */
 /** @typedef {import('./types.js').Outcome} Outcome */
+
+/**
+ * Which virtual module is wanted: one of these.
+ * @typedef {object} Wanted
+ * @property {import('./types.js').Start} [virtual] how it is started
+ * @property {Uint8Array} [image] the flash image that it runs in place of the core
+ * @property {import('./types.js').Play} [play] a session that is done again
+ */
+
+/** Time between two words about how much of a session is left, in milliseconds. */
+const TELL = 100;
 
 /** A virtual module. */
 export class VirtualSource {
     /**
      * @param {import('./doors.js').Doors} doors
-     * @param {import('./types.js').Start} start
+     * @param {Wanted} wanted
      * @param {(told: any) => void} tell
      */
-    constructor(doors, start, tell) {
+    constructor(doors, { virtual, image, play }, tell) {
         this.doors = doors;
         this.tell = tell;
         /** Each reply has the number of its request. */
@@ -21,6 +33,16 @@ export class VirtualSource {
         this.paused = false;
         this.powered = true;
         this.starts = 0;
+        this.stored = 0;
+        /** It runs a flash image, into whose memory nobody looks. */
+        this.runsImage = image !== undefined;
+        /** How much is left of a session that is done again, in milliseconds; null if there is none.
+         * @type {number | null} */
+        this.left = null;
+        this.toldLeft = 0;
+        /** Why it cannot go on.
+         * @type {string | null} */
+        this.halted = null;
         /** @type {Map<number, (outcome: Outcome) => void>} */
         this.asked = new Map();
         /** Lines of the control port that are not answered yet, by their numbers.
@@ -29,7 +51,14 @@ export class VirtualSource {
         this.open = true;
         /** @type {ReturnType<typeof setTimeout> | undefined} */
         this.timer = undefined;
-        doors.ask('virtual_start', start);
+        if (play) {
+            doors.ask('virtual_play', play);
+        } else if (image) {
+            doors.give('image_take', image);
+            doors.ask('virtual_start_image', virtual);
+        } else {
+            doors.ask('virtual_start', virtual);
+        }
         this.#turn();
     }
 
@@ -68,11 +97,33 @@ export class VirtualSource {
         }
         this.powered = turn.powered;
         this.starts = turn.starts;
+        this.#tellNews(turn);
         if (turn.rows.length > 0) {
             this.rows(turn.rows);
         }
-        turn.messages.forEach((message) => this.tell({ message }));
+        turn.messages.forEach((text) => this.tell(this.runsImage ? { log: text } : { message: text }));
         return turn.nap;
+    }
+
+    /**
+     * Tells what has changed.
+     * @param {import('./types.js').Turn} turn
+     */
+    #tellNews({ stored, left, stopped }) {
+        if (stored !== this.stored) {
+            this.stored = stored;
+            this.tell({ stored });
+        }
+        const isDue = left !== null && left > 0 ? performance.now() - this.toldLeft >= TELL : left !== this.left;
+        if (isDue) {
+            this.toldLeft = performance.now();
+            this.tell({ left });
+        }
+        this.left = left;
+        if (stopped !== null && this.halted === null) {
+            this.halted = stopped;
+            this.tell({ halted: stopped });
+        }
     }
 
     /**
@@ -167,6 +218,18 @@ export class VirtualSource {
             this.lines.set(ticket, resolve);
             this.#turn();
         });
+    }
+
+    /** What it was when it began, and what has been done to it since.
+     * @returns {import('./types.js').Play} */
+    done() {
+        return this.doors.ask('virtual_done');
+    }
+
+    /** What its EEPROM has.
+     * @returns {import('./types.js').Contents} */
+    eeprom() {
+        return this.doors.ask('virtual_eeprom');
     }
 
     async close() {

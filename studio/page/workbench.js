@@ -1,6 +1,6 @@
 // What the panels share: the module that is there, and what can be asked of it.
 
-import { download, openFile } from './files.js';
+import { download, openBytes, openFile } from './files.js';
 import { question } from './question.js';
 
 /**
@@ -11,12 +11,16 @@ import { question } from './question.js';
  * @property {number} address
  * @property {boolean} isVirtual
  * @property {import('./types.js').Start} [started] how it was started, if it is a virtual one
+ * @property {boolean} [runsImage] it runs a flash image in place of the firmware's core
+ * @property {string[]} [curves] the curves of the session that is or was done again to it
  */
 
 /**
  * A part of the page.
  * @typedef {object} Panel
  * @property {(there: There) => void} [module] a module is there, perhaps the same as before
+ * @property {(there: There) => Promise<void>} [looks] a module is there to which a session is done: it is only looked at, and nothing
+ *     is sent to it
  * @property {() => void} [gone] it is there no more
  * @property {() => void} [stopped] a STOP has been sent
  */
@@ -38,6 +42,7 @@ export class Workbench {
         this.panels = [];
         this.download = download;
         this.openFile = openFile;
+        this.openBytes = openBytes;
         this.question = question;
     }
 
@@ -48,6 +53,15 @@ export class Workbench {
     is(there) {
         this.there = there;
         this.panels.forEach((panel) => (there ? panel.module?.(there) : panel.gone?.()));
+    }
+
+    /**
+     * A module is there to which a session is done.
+     * @param {There} there
+     */
+    async looks(there) {
+        this.there = there;
+        await Promise.all(this.panels.map((panel) => panel.looks?.(there)));
     }
 
     /**

@@ -139,13 +139,15 @@ impl Virtual<NativeModule> {
         Self::of(start, at, of_the_core())
     }
 
-    /// A fresh module to which is done what was done to another one; at the end its time stands still.
+    /// A fresh module to which is done what was done to another one. Its time stands still until it is let go, and at the end of
+    /// that.
     ///
     /// # Errors
     /// Those of [`start`](Self::start), or something of it cannot be done.
     pub fn play(play: &Play, at: Duration) -> Result<Self, String> {
         let player = Player::of(play)?;
         let mut module = Self::start(&play.start, at)?;
+        module.timekeeper.pause(0, &module.fleet)?;
         module.timekeeper.pause_at(Some(player.until()));
         module.page.player = Some(player);
         // What is done at once is done before any time passes.

@@ -152,7 +152,8 @@ def test_replies_are_announced_and_samples_are_not(plain_chromium: Browser, stud
             spoken[node.get("name", {}).get("value")] = told["live"]
     assert spoken.pop("") == "assertive", "the danger"
     assert set(spoken.values()) == {"polite"}
-    read_aloud = {"Announced", "Answers", "Curve", "Debugged", "Debugger", "Explanation", "Link", "Loading", "Memory"}
+    read_aloud = {"Announced", "Answers", "Curve", "Debugged", "Debugger", "EEPROM", "Explanation", "Link", "Loading"}
+    read_aloud |= {"Flash image", "Memory", "Session"}
     read_aloud |= {"Module", "Parameters shown", "Replies", "Scope", "State of the parameters", "What is kept"}
     assert set(spoken) <= read_aloud, "no samples, nor telegrams"
     controls = {"button", "textbox", "combobox", "spinbutton", "listbox"}

@@ -11,6 +11,7 @@ pub mod answer;
 pub mod compiler;
 pub mod files;
 pub mod make;
+pub mod maker;
 pub mod policy;
 pub mod request;
 pub mod server;

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use crate::compiler::{self, TARGET};
 use crate::files::Files;
-use crate::policy;
+use crate::{maker, policy};
 
 /// The packages that are compiled for browsers, each with the file that becomes of it: the program of the page, and the same with
 /// what runs flash images, which is loaded when it is needed.
@@ -47,6 +47,7 @@ fn gather(folder: &Path, programs: Vec<(&str, Vec<u8>)>) -> Result<Files, String
     for (name, program) in programs {
         files.add(name, program).map_err(|why| format!("{}: {why}", folder.join(name).display()))?;
     }
+    maker::place(&mut files, INDEX)?;
     Ok(files)
 }
 

@@ -16,8 +16,9 @@ export class Connection {
     /**
      * @param {import('../workbench.js').Workbench} bench
      * @param {import('./texts.js').Texts} texts among which are worlds of virtual modules
+     * @param {import('./eeprom.js').Eeprom} eeprom what a virtual module has in its EEPROM
      */
-    constructor(bench, texts) {
+    constructor(bench, texts, eeprom) {
         this.bench = bench;
         this.session = bench.session;
         /** Number of attempts to open a link; only the last one counts. */
@@ -28,18 +29,43 @@ export class Connection {
          * @type {any} */
         this.chosen = undefined;
         this.isVirtual = false;
-        /** How the virtual module was started.
-         * @type {import('../types.js').Start | undefined} */
-        this.started = undefined;
-        const product = /** @type {HTMLSelectElement} */ (at('product'));
-        const world = /** @type {HTMLSelectElement} */ (at('surroundings'));
-        at('start').onclick = () =>
-            void this.open({ virtual: { product: product.value, world: world.value === '' ? null : texts.text(world.value) } });
+        /** What was opened last: what is known of it without asking.
+         * @type {{ started?: import('../types.js').Start, runsImage?: boolean, curves?: string[] }} */
+        this.opened = {};
+        /** A session is done to the module, and nobody has taken over. */
+        this.plays = false;
+        /** Takes what there is to say of that.
+         * @type {(left: number | null) => void} */
+        this.onplay = () => undefined;
+        this.texts = texts;
+        this.eeprom = eeprom;
+        at('start').onclick = () => void this.open({ virtual: this.start() });
         at('connect').onclick = () => void this.#connect(false);
         at('choose').onclick = () => void this.#connect(true);
         at('leave').onclick = () => void this.#leave();
         at('stop').onclick = () => this.stop();
         document.addEventListener('keydown', (event) => event.key === 'Escape' && this.stop());
+    }
+
+    /**
+     * How a virtual module is started, as it is chosen.
+     * @returns {import('../types.js').Start}
+     */
+    start() {
+        const product = /** @type {HTMLSelectElement} */ (at('product')).value;
+        const world = /** @type {HTMLSelectElement} */ (at('surroundings')).value;
+        return { product, world: world === '' ? null : this.texts.text(world), eeprom: this.eeprom.wanted(product) };
+    }
+
+    /**
+     * Does a session to a virtual module.
+     * @param {import('../types.js').SessionRead} read
+     */
+    play({ name, session: { start, done, until, curves } }) {
+        if (this.session.link && !this.isVirtual) {
+            throw new Error('a real module is connected: disconnect it before a session is run, which takes its place');
+        }
+        return this.open({ play: { start, done, until } }, { name, curves });
     }
 
     /** @param {string} text */
@@ -59,10 +85,12 @@ export class Connection {
     }
 
     /**
-     * Opens a link and asks what is there.
+     * Opens a link and asks what is there; but a session is shown as it is done.
      * @param {any} wanted
+     * @param {{ name: string, curves: string[] }} [session] what is known of a session
+     * @param {WebAssembly.Module} [program] that runs a flash image
      */
-    async open(wanted) {
+    async open(wanted, session, program) {
         if (!this.#fits()) {
             return;
         }
@@ -73,18 +101,53 @@ export class Connection {
         this.owed = false;
         this.#leaveDanger();
         this.#say('opening');
-        this.isVirtual = wanted.virtual !== undefined;
-        this.started = wanted.virtual;
+        this.isVirtual = wanted.serial === undefined;
+        this.opened = {
+            started: wanted.play?.start ?? wanted.virtual,
+            runsImage: wanted.image !== undefined,
+            curves: session?.curves,
+        };
+        this.plays = session !== undefined;
         const address = Number(/** @type {HTMLInputElement} */ (at('address')).value);
         try {
-            await this.session.open(wanted, this.isVirtual ? 1 : address);
+            await this.session.open(wanted, this.isVirtual ? 1 : address, program);
             /** @type {HTMLButtonElement} */ (at('leave')).disabled = false;
-            await this.#identify();
+            if (session) {
+                await this.#show(session, attempt);
+            } else {
+                await this.#identify();
+            }
         } catch (error) {
             if (attempt === this.attempts) {
                 this.#say(words(error));
                 at('module').textContent = 'no module';
             }
+        }
+    }
+
+    /**
+     * Shows a session from its beginning on.
+     * @param {{ name: string, curves: string[] }} session
+     * @param {number} attempt
+     */
+    async #show({ name, curves }, attempt) {
+        const { started } = this.opened;
+        await this.bench.looks({ name, product: started?.product ?? null, address: 1, isVirtual: true, started, curves });
+        if (attempt === this.attempts) {
+            at('module').textContent = `${name}, to which a session is done`;
+            this.#say('shown');
+            await this.session.ask({ control: 'resume' });
+        }
+    }
+
+    /** Goes on from where a session is: from now on the module is as any other. */
+    async takeOver() {
+        this.plays = false;
+        this.onplay(null);
+        try {
+            await this.#identify();
+        } catch (error) {
+            this.#say(words(error));
         }
     }
 
@@ -97,7 +160,7 @@ export class Connection {
         }
         at('module').textContent = product === null ? `${name}, which is not known here` : name;
         this.#say('connected');
-        this.bench.is({ name, product, address: this.session.address, isVirtual: this.isVirtual, started: this.started });
+        this.bench.is({ name, product, address: this.session.address, isVirtual: this.isVirtual, ...this.opened });
     }
 
     /** Asks again and again what the module is: one that has just been switched on takes its time. */
@@ -143,13 +206,29 @@ export class Connection {
             this.#say(`the link is lost: ${told.lost}; trying again each second`);
         } else if (told.retry !== undefined) {
             this.#say(`the link is lost: ${told.retry}; trying again each second`);
+        } else if (told.left !== undefined) {
+            this.#play(told.left);
+        } else if (told.halted !== undefined) {
+            this.bench.is(undefined);
+            this.#say(`the module cannot go on: ${told.halted}`);
         } else if (told.again) {
-            void this.#identifyAgain();
+            if (!this.plays) {
+                void this.#identifyAgain();
+            }
         } else if (told.dead !== undefined) {
             addLine(at('replies'), `the tools have ended, and are started anew: ${told.dead}`, true);
             if (this.session.link) {
                 this.#identify().catch((error) => this.#say(words(error)));
             }
+        }
+    }
+
+    /** @param {number | null} left how much is left of a session, in milliseconds; null if somebody has done something else */
+    #play(left) {
+        if (left === null && this.plays) {
+            void this.takeOver();
+        } else if (this.plays) {
+            this.onplay(left);
         }
     }
 
@@ -191,6 +270,7 @@ export class Connection {
 
     async #leave() {
         this.attempts += 1;
+        this.plays = false;
         this.bench.is(undefined);
         this.#leaveDanger();
         await this.session.leave();

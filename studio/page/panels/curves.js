@@ -22,6 +22,9 @@ export class Curves {
         this.offers = [];
         /** @type {string[]} */
         this.texts = [];
+        /** The curves of a session that is done again.
+         * @type {string[] | undefined} */
+        this.played = undefined;
         this.end = () => {};
         this.choice = make('input', { type: 'text', list: 'curve-names', 'aria-label': 'Curve', placeholder: 'a curve' });
         this.names = make('datalist', { id: 'curve-names' });
@@ -39,18 +42,39 @@ export class Curves {
         return { address, product, is_virtual: isVirtual, texts };
     }
 
-    async module() {
+    /** @param {import('../workbench.js').There} there */
+    async module(there) {
+        const isTakenOver = there.curves !== undefined && this.played === there.curves;
+        await this.#offer(there.curves, isTakenOver);
+        this.played = undefined;
+    }
+
+    /** @param {import('../workbench.js').There} there */
+    async looks({ curves }) {
+        this.played = curves;
+        await this.#offer(curves, false);
+        this.add.disabled = true;
+    }
+
+    /**
+     * Offers what there is, and shows these curves, or those that are kept.
+     * @param {string[] | undefined} wanted
+     * @param {boolean} goesOn whether the rows of the same module go on
+     */
+    async #offer(wanted, goesOn) {
         /** @type {import('../types.js').Offers} */
         const { curves, usual } = await this.bench.ask('scope_offers', this.#wanted([]));
         this.offers = curves;
         this.names.replaceChildren(...curves.map(({ text, name, group }) => new Option(`${group}: ${name}`, text)));
-        const before = this.#kept()[this.#product];
+        const before = wanted ?? this.#kept()[this.#product];
         const has = (/** @type {unknown} */ text) => curves.some((curve) => curve.text === text);
         const texts = Array.isArray(before) ? before.filter(has).slice(0, MOST) : [];
         this.add.disabled = false;
-        // Rows of another module, or of another time, do not go on.
-        this.scope.columns([]);
-        await this.#show(texts.length > 0 ? texts : usual);
+        if (!goesOn) {
+            // Rows of another module, or of another time, do not go on.
+            this.scope.columns([]);
+        }
+        await this.#show(texts.length > 0 ? texts : usual, wanted === undefined);
     }
 
     /** The product whose curves these are. */
@@ -86,14 +110,17 @@ export class Curves {
     /**
      * Shows these curves from now on. False if one of them does not exist.
      * @param {string[]} texts
+     * @param {boolean} isKept whether they are kept for the next visit: those of a session are not
      */
-    async #show(texts) {
+    async #show(texts, isKept = true) {
         const { bench } = this;
         try {
             /** @type {import('../types.js').Offers} */
             const { curves } = await bench.ask('scope_curves', this.#wanted(texts));
             this.texts = texts;
-            keep('curves', { ...this.#kept(), [this.#product]: texts });
+            if (isKept) {
+                keep('curves', { ...this.#kept(), [this.#product]: texts });
+            }
             this.end();
             this.scope.columns(curves);
             this.end = bench.session.watch(

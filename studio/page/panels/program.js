@@ -14,8 +14,8 @@ const ACCEPT = '.tmc,.inc,.txt,text/plain';
  * @param {string} name
  */
 const isWorld = (name) => name.endsWith('.toml');
-/** What there is to say about a text that is no program. */
-const NO_PROGRAM = { lines: [], messages: [], commands: [], labels: [], used: 0, room: null };
+/** What can be written at a place of a world. */
+const NOTHING = { start: 0, end: 0, items: [] };
 
 /** The panel of programs. */
 export class Program {
@@ -25,6 +25,7 @@ export class Program {
         this.texts = new Texts((why) => this.#say(why));
         const before = kept('text shown');
         this.name = this.texts.names.includes(before) ? before : this.texts.names[0];
+        this.product = /** @type {HTMLSelectElement} */ (at('product'));
         this.choice = /** @type {HTMLSelectElement} */ (at('texts'));
         this.choice.onchange = () => this.show(this.choice.value);
         /** @param {string} text */
@@ -37,10 +38,15 @@ export class Program {
             at('editor'),
             {
                 check: async (text) =>
-                    this.#checked(isWorld(this.name) ? NO_PROGRAM : await bench.ask('text_check', sources(text))),
-                complete: (text, line, column) => bench.ask('text_complete', { ...sources(text), line, column }),
+                    this.#checked(
+                        await (isWorld(this.name)
+                            ? bench.ask('world_check', { text, product: bench.there?.product ?? this.product.value })
+                            : bench.ask('text_check', sources(text))),
+                    ),
+                complete: async (text, line, column) =>
+                    isWorld(this.name) ? NOTHING : bench.ask('text_complete', { ...sources(text), line, column }),
                 explain: async (text, line, column) =>
-                    (await bench.ask('text_explain', { ...sources(text), line, column })).found,
+                    isWorld(this.name) ? null : (await bench.ask('text_explain', { ...sources(text), line, column })).found,
             },
             { name: 'Program', announce: bench.announce },
         );
@@ -71,6 +77,8 @@ export class Program {
             make('label', {}, this.autostart, ' start after power-up'),
             ...this.needing.slice(1),
         );
+        // What a world may have depends on the product as well.
+        this.product.addEventListener('change', () => this.editor.check());
         this.gone();
         this.show(this.name);
     }
@@ -108,6 +116,9 @@ export class Program {
         this.debugger.shows(name);
     }
 
+    /** Is called when there are other texts. */
+    onlist = () => {};
+
     #list() {
         const { names } = this.texts;
         this.choice.replaceChildren(...names.map((name) => new Option(name, name, false, name === this.name)));
@@ -115,6 +126,7 @@ export class Program {
         const { value } = worlds;
         worlds.replaceChildren(new Option('as usual', ''), ...names.filter(isWorld).map((name) => new Option(name, name)));
         worlds.value = names.includes(value) ? value : '';
+        this.onlist();
     }
 
     /** @param {string} text */
@@ -131,6 +143,10 @@ export class Program {
     #checked(checked) {
         const { used, room, messages } = checked;
         const wrong = messages.some((/** @type {any} */ { severity }) => severity === 'error');
+        if (isWorld(this.name)) {
+            write(at('memory'), wrong ? 'no world of this product' : 'a world of this product');
+            return checked;
+        }
         const memory = room === null ? `${used} commands` : `${used} of ${room} commands`;
         write(at('memory'), wrong ? 'does not assemble' : memory);
         return checked;

@@ -35,6 +35,11 @@ export class Values {
         });
     }
 
+    /** @param {import('../workbench.js').There} there */
+    looks(there) {
+        return this.module(there);
+    }
+
     gone() {
         this.end();
     }

@@ -60,6 +60,11 @@ export class World {
         }
     }
 
+    /** @param {import('../workbench.js').There} there */
+    looks(there) {
+        return this.module(there);
+    }
+
     gone() {
         this.turn += 1;
         at('stage').replaceChildren();

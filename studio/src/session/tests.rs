@@ -143,6 +143,9 @@ fn what_was_done_is_done_again_with_the_same_numbers() {
         for tick in [11, 900] {
             let play = Play { start: start.clone(), done: done.clone(), until };
             let mut desk = Desk::new(Virtual::play(&play, Duration::ZERO).unwrap(), tick, &curves);
+            desk.pass(5);
+            assert!(desk.rows.is_empty() && desk.turn().paused, "it waits until it is let go");
+            desk.control("resume");
             while !desk.turn().paused {}
             desk.pass(20);
             assert_eq!(desk.rows.len(), rows.len(), "{product:?}: {until} us");
