@@ -102,7 +102,6 @@ async function begin() {
     const world = new World(bench);
     const program = new Program(bench);
     const eeprom = new Eeprom(bench);
-    eeprom.begin();
     const connection = new Connection(bench, program.texts, eeprom);
     const image = new FlashImage(bench, connection);
     const curves = new Curves(bench);

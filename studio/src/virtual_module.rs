@@ -293,7 +293,8 @@ impl<M: VirtualModule> Running for Virtual<M> {
     fn see(&mut self, watched: &Watched, at: Duration) -> WorldSeen {
         let row = self.look(watched);
         let (paused, factor) = (self.timekeeper.is_paused(), self.timekeeper.pace(at, self.fleet.now()));
-        WorldSeen { row, paused, factor, wanted: self.timekeeper.wanted() }
+        let behind = self.timekeeper.behind() as f64 / MILLISECOND as f64;
+        WorldSeen { row, paused, factor, wanted: self.timekeeper.wanted(), behind }
     }
 
     fn watch(&mut self, watched: &Watched) -> Nothing {

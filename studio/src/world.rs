@@ -125,15 +125,18 @@ pub struct WorldSeen {
     pub factor: f64,
     /// How fast it is wanted to go; null if as fast as it can.
     pub wanted: Option<f64>,
+    /// How many milliseconds it has fallen behind the clock since it last was paused.
+    pub behind: f64,
 }
 
 /// What there is in the world of a module that is started so.
 ///
 /// # Errors
-/// There is no such product, or its world cannot be so.
+/// There is no such product, or its world or its EEPROM cannot be so.
 pub fn offers(start: &Start) -> Result<WorldOffers, String> {
     let product = product::named(&start.product)?;
     let (kind, world) = (product.kind(), config(start)?);
+    eeprom(start, product)?;
     let stages = (0..kind.axes()).map(|axis| {
         let axis = world.axis(axis);
         stage(&axis.stage, axis.units_per_turn())
@@ -251,7 +254,8 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
     examples.push(("WorldZone", json!(zone(None, Some(1)))));
     let row = SampleRow { at: 1.0, values: vec![Some(1.0), None] };
     for wanted in [Some(1.0), None] {
-        examples.push(("WorldSeen", json!(WorldSeen { row: row.clone(), paused: true, factor: 1.0, wanted })));
+        examples
+            .push(("WorldSeen", json!(WorldSeen { row: row.clone(), paused: true, factor: 1.0, wanted, behind: 0.5 })));
     }
     for touchable in &with.touchables {
         examples.push(("WorldTouchable", json!(touchable)));

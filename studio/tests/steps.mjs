@@ -11,7 +11,7 @@ if (canSuspend) {
     throw new Error('this Node suspends WebAssembly, so that this would show nothing');
 }
 const module = await WebAssembly.compile(await readFile(new URL('tmcl_studio.wasm', folder)));
-const source = new VirtualSource(await Doors.open(module, NOBODY, false), { virtual: { product: '1140', world: null, eeprom: null } }, console.log);
+const source = new VirtualSource(await Doors.open(module, NOBODY, false), { virtual: { product: '1140', world: null, eeprom: null } }, () => {});
 const world = {
     exchange: ({ request, timeout }) => source.exchangeNow(request, timeout),
     pause: (milliseconds) => (source.passNow(milliseconds), false),

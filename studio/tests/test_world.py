@@ -7,11 +7,12 @@ import re
 from pathlib import Path
 
 import pytest
+from bed import browser as browsers
 from bed.browser import Browser
-from bed.module import PROGRAM, ROOT
+from bed.module import PROGRAM, ROOT, VirtualModule
 from bed.server import Site
-from playwright.sync_api import Locator, expect
-from studio import Studio
+from playwright.sync_api import Locator, Playwright, expect
+from studio import Studio, tmcl
 
 
 @pytest.fixture
@@ -159,14 +160,21 @@ def test_equal_sessions_give_equal_numbers(in_chromium: Studio) -> None:
     assert numbers[0] == numbers[1]
 
 
+def name_text(studio: Studio, name: str, text: str) -> None:
+    """Makes a text of this name."""
+    studio.button("New").click()
+    studio.program(text)
+    studio.button("Rename").click()
+    field = studio.page.get_by_role("textbox", name="New name")
+    field.fill(name)
+    field.press("Enter")
+
+
 def test_rotor_and_stage_are_drawn_to_scale(in_chromium: Studio) -> None:
     studio = in_chromium
-    studio.button("New").click()
-    studio.program("[stage]\nleft = -51200\nright = 102400\nhard_left = -102400\nhard_right = 153600\n")
-    studio.button("Rename").click()
-    name = studio.page.get_by_role("textbox", name="New name")
-    name.fill("stage.toml")
-    name.press("Enter")
+    name_text(
+        studio, "stage.toml", "[stage]\nleft = -51200\nright = 102400\nhard_left = -102400\nhard_right = 153600\n"
+    )
     studio.page.get_by_role("combobox", name="World").select_option("stage.toml")
     studio.start()
     studio.control("pause")
@@ -222,3 +230,121 @@ def test_the_same_module_in_tmcl(in_chromium: Studio) -> None:
     expect(studio.answers.first).to_be_visible()
     for answer in studio.answers.all_inner_texts():
         assert json.loads(answer.splitlines()[-1])["ok"] is True, answer
+
+
+def test_time_that_falls_behind_says_so_and_loses_nothing(in_chromium: Studio) -> None:
+    """As in a hidden page, or where the computer has slept: the thread of the link has no time."""
+    studio = in_chromium
+    studio.start()
+    studio.is_read()
+    now = studio.page.get_by_role("status", name="Virtual time")
+    expect(now).to_contain_text(", goes")
+    link = studio.page.workers[-1]
+    link.evaluate("() => { const until = performance.now() + 900; while (performance.now() < until); }")
+    expect(now).to_have_text(re.compile(r"0\.[89] s behind the clock$"))
+    with studio.page.expect_download() as got:
+        studio.button("CSV of all rows").click()
+    lines = Path(got.value.path()).read_text().splitlines()[1:]
+    times = [float(line.split(",")[0]) for line in lines]
+    assert times == [times[0] + index for index in range(len(times))], "each millisecond once"
+    # While it is paused nothing is late.
+    studio.control("pause")
+    expect(now).to_have_text(re.compile(" s, paused$"))
+
+
+def test_a_hidden_page_loses_nothing(
+    playwright: Playwright, library: Path, ports: Path, studio_site: Site, tmp_path: Path
+) -> None:
+    """In a browser that lets hidden pages go as slowly as those of users do."""
+    with browsers.running_chromium(playwright, tmp_path, library, ports, throttled=True) as driven:
+        page = driven.new_context().new_page()
+        page.goto(studio_site.url)
+        studio = Studio(page)
+        studio.start()
+        before = studio.control("state")["time_us"]
+        other = page.context.new_page()
+        other.bring_to_front()
+        other.wait_for_timeout(3000)
+        page.bring_to_front()
+        after = studio.control("state")["time_us"]
+        assert after > before
+        told = page.get_by_role("status", name="Virtual time")
+        expect(told).to_have_text(re.compile(r"^\d+\.\d{3} s, "))
+        with page.expect_download() as got:
+            studio.button("CSV of all rows").click()
+        lines = Path(got.value.path()).read_text().splitlines()[1:]
+        times = [float(line.split(",")[0]) for line in lines]
+        assert times == [times[0] + index for index in range(len(times))], "each millisecond once"
+        assert 1000 * times[-1] >= before
+
+
+def test_mistakes_of_a_world_stand_at_their_place(studio: Studio) -> None:
+    page = studio.page
+    name_text(studio, "stage.toml", "[stage]\nleft = 500\nrihgt = 100\n")
+    messages = page.get_by_role("list", name="Messages")
+    expect(messages).to_contain_text("3: ")
+    expect(messages).to_contain_text("unknown field `rihgt`")
+    expect(page.get_by_role("status", name="Memory")).to_have_text("no world of this product")
+    # It depends on the product that is chosen, and on that which is there.
+    studio.program("[[axis]]\n[[axis]]\n")
+    expect(messages).to_contain_text("this is [[axis]] number 2, and the TMCM-1140 has")
+    page.get_by_label("Virtual module", exact=True).select_option("6110")
+    expect(page.get_by_role("status", name="Memory")).to_have_text("a world of this product")
+    # What cannot be is refused when it is started, too.
+    page.get_by_label("Virtual module", exact=True).select_option("1140")
+    page.get_by_role("combobox", name="World").select_option("stage.toml")
+    studio.button("Start").click()
+    expect(studio.link).to_contain_text("the world: line 2: this is [[axis]] number 2")
+    page.get_by_role("combobox", name="World").select_option("")
+    studio.start()
+
+
+def test_what_a_module_stores_is_kept(in_chromium: Studio, tmp_path: Path) -> None:
+    studio = in_chromium
+    page = studio.page
+    choice = page.get_by_role("combobox", name="EEPROM")
+    told = page.get_by_role("status", name="EEPROM")
+    expect(choice.get_by_role("option")).to_have_text(["as it leaves the factory"])
+    studio.start("3110")
+    studio.send("SAP 4, 2, 321")
+    studio.line.fill("STAP 4, 2")
+    studio.line.press("Enter")
+    page.get_by_role("dialog").get_by_role("button", name="Send").click()
+    expect(studio.replies.last).to_contain_text("STAP 4, 2")
+    expect(choice.get_by_role("option")).to_have_text(["as it was left", "as it leaves the factory"])
+    with page.expect_download() as got:
+        studio.button("Save EEPROM").click()
+    assert got.value.suggested_filename == "tmcm3110.eeprom"
+    file = tmp_path / "tmcm3110.eeprom"
+    file.write_bytes(Path(got.value.path()).read_bytes())
+    # At the next visit it is there; `tmcl sim` has the same of the file.
+    page.reload()
+    again = Studio(page)
+    page.get_by_label("Virtual module", exact=True).select_option("3110")
+    expect(choice).to_have_value("kept")
+    again.start("3110")
+    assert again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
+    with VirtualModule(tmp_path / "port", tmp_path, "--product", "3110", "--eeprom", str(file)) as module:
+        assert "GAP 4, 2: 321 " in tmcl("send", str(module.serial), "GAP 4, 2")
+    # A fresh one does not know it, and has it no more if it stores something itself.
+    choice.select_option("fresh")
+    again.start("3110")
+    assert not again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
+    studio.button("Erase EEPROM").click()
+    page.get_by_role("dialog").get_by_role("button", name="Erase").click()
+    expect(told).to_contain_text("as it leaves the factory")
+    expect(choice.get_by_role("option")).to_have_text(["as it leaves the factory"])
+    # The file is opened for another product, whose EEPROM has another size, and for its own.
+    for product, words in (
+        ("1140", "and that of a TMCM-1140 has"),
+        ("3110", "the next TMCM-3110 that is started has it"),
+    ):
+        page.get_by_label("Virtual module", exact=True).select_option(product)
+        with page.expect_file_chooser() as chooser:
+            studio.button("Open EEPROM").click()
+        content = file.read_bytes() if product == "3110" else file.read_bytes()[:100]
+        (tmp_path / "opened.eeprom").write_bytes(content)
+        chooser.value.set_files(tmp_path / "opened.eeprom")
+        expect(told).to_contain_text(words)
+    again.start("3110")
+    assert again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")

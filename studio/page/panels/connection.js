@@ -209,7 +209,10 @@ export class Connection {
         } else if (told.left !== undefined) {
             this.#play(told.left);
         } else if (told.halted !== undefined) {
+            // Whoever waits for a reply of it is not told, because none comes.
+            this.attempts += 1;
             this.bench.is(undefined);
+            at('module').textContent = 'no module';
             this.#say(`the module cannot go on: ${told.halted}`);
         } else if (told.again) {
             if (!this.plays) {

@@ -35,24 +35,21 @@ export class Eeprom {
             button('Erase EEPROM', () => void this.#erase()),
             this.told,
         );
+        /** The user has chosen so, although there is another one. */
+        this.wantsFresh = false;
+        this.choice.addEventListener('change', () => (this.wantsFresh = this.choice.value === 'fresh'));
         this.product.addEventListener('change', () => this.#offer());
+        this.#offer();
     }
 
     /** Offers what is kept of the product that is chosen. */
     #offer() {
         const isKept = this.#kept(this.product.value) !== null;
-        const before = this.choice.value;
         this.choice.replaceChildren(
             ...(isKept ? [new Option('as it was left', 'kept')] : []),
             new Option('as it leaves the factory', 'fresh'),
         );
-        this.choice.value = isKept && before !== 'fresh' ? 'kept' : 'fresh';
-    }
-
-    /** The products are known. */
-    begin() {
-        this.choice.value = 'kept';
-        this.#offer();
+        this.choice.value = isKept && !this.wantsFresh ? 'kept' : 'fresh';
     }
 
     /** @param {string} product */
@@ -141,7 +138,7 @@ export class Eeprom {
                 // One that runs does not overwrite it.
                 this.keeps = undefined;
                 const why = keep(place(product), eeprom);
-                this.choice.value = '';
+                this.wantsFresh = false;
                 this.#offer();
                 write(this.told, why === '' ? `${file.name}: the next TMCM-${product} that is started has it` : why);
             }

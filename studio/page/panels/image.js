@@ -29,6 +29,8 @@ export class FlashImage {
     hear(told) {
         if (told.log !== undefined) {
             addLine(this.log, told.log);
+        } else if (told.halted !== undefined) {
+            write(this.told, `it has stopped: ${told.halted}`);
         }
     }
 
@@ -60,8 +62,8 @@ export class FlashImage {
             }
             this.log.replaceChildren();
             this.box.hidden = false;
+            write(this.told, `${file.name} runs on the emulated microcontroller of a TMCM-${choice.value}; its virtual time says how fast`);
             await this.connection.open({ virtual: this.connection.start(), image: file.bytes }, undefined, program);
-            write(this.told, `${file.name} runs on the emulated microcontroller of a TMCM-${choice.value}; below, its virtual time says how fast`);
         } catch (error) {
             write(this.told, words(error));
         }

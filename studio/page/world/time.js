@@ -2,8 +2,10 @@
 
 import { button, make, press, write } from '../dom.js';
 
-/** How far behind the clock time is before that is told. */
-const BEHIND = 0.95;
+/** How much slower than it is to time goes before that is told. */
+const SLOW = 0.95;
+/** How far time is behind the clock before that is told, in milliseconds. */
+const BEHIND = 500;
 
 /** The controls of time. */
 export class Time {
@@ -37,11 +39,13 @@ export class Time {
     }
 
     /** @param {import('../types.js').WorldSeen} seen */
-    show({ row, paused, factor, wanted }) {
+    show({ row, paused, factor, wanted, behind }) {
         this.paused = paused;
         press(this.pause, paused);
-        const isBehind = !paused && wanted !== null && factor < BEHIND * wanted;
-        const how = paused ? 'paused' : isBehind ? `behind: it goes at ${factor} of the clock` : 'goes';
-        write(this.now, `${(row.at / 1000).toFixed(3)} s, ${how}`);
+        const isSlow = !paused && wanted !== null && factor < SLOW * wanted;
+        const how = paused ? 'paused' : isSlow ? `slow: it goes at ${factor} of the clock` : 'goes';
+        // A page that is hidden, or a computer that sleeps: nothing of that is made up for.
+        const late = paused || behind < BEHIND ? '' : `, ${(behind / 1000).toFixed(1)} s behind the clock`;
+        write(this.now, `${(row.at / 1000).toFixed(3)} s, ${how}${late}`);
     }
 }

@@ -116,10 +116,15 @@ impl Pacer {
         if span == 0 { 0.0 } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
+    /// How far virtual time is behind where it would be without any lag, since it last went otherwise than by the clock.
+    pub fn behind(&self) -> Nanos {
+        self.ideal.saturating_sub(self.reached)
+    }
+
     /// The lag of virtual time if it is to be reported: when it reaches one second of the clock, and each time it has
     /// doubled since the last report.
     pub fn lag(&mut self) -> Option<Nanos> {
-        let lag = self.ideal.saturating_sub(self.reached);
+        let lag = self.behind();
         let reported = |report| self.scaled(report).is_some_and(|least| lag >= least);
         let mut next = self.next_report;
         while reported(next) {
@@ -180,6 +185,7 @@ mod tests {
         }
         assert_eq!(pacer.achieved(), 0.5);
         // When the computer is fast enough again, no more than the longest lag is made up for.
+        assert_eq!(pacer.behind(), 1_500_000_000);
         assert!(go(&mut pacer, start + 1001 * MS) <= 500_000_000 + 40_000_000);
         assert!(!pacer.is_behind());
     }

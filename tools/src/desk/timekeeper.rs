@@ -181,6 +181,11 @@ impl Timekeeper {
         self.pacer.wanted().factor()
     }
 
+    /// How far time that goes by the clock has fallen behind, since it last was paused.
+    pub fn behind(&self) -> Nanos {
+        self.pacer.behind()
+    }
+
     /// Whether time goes by the clock.
     pub fn going(&self) -> Going {
         if self.is_paused() { Going::Paused } else { Going::Running }
