@@ -47,15 +47,13 @@ def open_file(studio: Studio, path: Path) -> None:
     chooser.value.set_files(path)
 
 
-def vectors(elf: bytes) -> int:
-    """Where the table of vectors stands in the file: the part that is loaded to the beginning of the flash memory."""
-    (table,) = struct.unpack_from("<I", elf, 28)
-    size, count = struct.unpack_from("<HH", elf, 42)
-    for entry in range(table, table + size * count, size):
-        kind, offset, address, length = struct.unpack_from("<IIxxxxII", elf, entry)
-        if kind == 1 and address == 0x0800_0000 and length > 0:
-            return int(offset)
-    raise AssertionError("it has no table of vectors")
+def stopping() -> bytes:
+    """A program that counts down for a while, and reads a random number then, of which the emulator knows nothing."""
+    code = (0x4802, 0x3801, 0xD1FD, 0x4902, 0x680A, 0xE7FE)  # ldr r0; subs r0, #1; bne; ldr r1; ldr r2, [r1]; b
+    flash = struct.pack("<II6HII", 0x2002_0000, 0x0800_0009, *code, 12_000_000, 0x5006_0808)
+    head = b"\x7fELF\x01\x01\x01".ljust(16, b"\0") + struct.pack("<HHIIIII", 2, 40, 1, 0x0800_0009, 52, 0, 0)
+    head += struct.pack("<6H", 52, 32, 1, 40, 0, 0)
+    return head + struct.pack("<8I", 1, 84, 0x0800_0000, 0x0800_0000, len(flash), len(flash), 5, 4) + flash
 
 
 def test_an_image_runs_with_its_log(studio: Studio, image: Path) -> None:
@@ -89,7 +87,7 @@ def test_an_image_runs_with_its_log(studio: Studio, image: Path) -> None:
 def test_what_is_no_image_is_told(plain_chromium: Browser, studio_site: Site, image: Path, tmp_path: Path) -> None:
     studio = Studio(plain_chromium.open(studio_site.url))
     elf = image.read_bytes()
-    cut, text, changed = tmp_path / "cut", tmp_path / "text", tmp_path / "changed"
+    cut, text = tmp_path / "cut", tmp_path / "text"
     cut.write_bytes(elf[: len(elf) // 2])
     text.write_text("no image")
     for file in (cut, text, ROOT / "target" / "debug" / "tmcl"):
@@ -98,12 +96,12 @@ def test_what_is_no_image_is_told(plain_chromium: Browser, studio_site: Site, im
         expect(told(studio)).to_contain_text("A flash image is the file that `cargo fw` builds")
     open_file(studio, built("tmcm1140-canopen"))
     expect(told(studio)).to_contain_text("this is the image of the CANopen firmware of the TMCM-1140")
-    # One whose program makes no sense stops, and the page goes on.
-    start = vectors(elf)
-    # The vector of the reset, behind the initial stack pointer, leads to flash memory that was never written.
-    changed.write_bytes(elf[: start + 4] + b"\x01\x00\x08\x08" + elf[start + 8 :])
-    open_file(studio, changed)
+    # One that stops after a while, and the page goes on.
+    stops = tmp_path / "stops"
+    stops.write_bytes(stopping())
+    open_file(studio, stops)
     expect(studio.link).to_contain_text("the module cannot go on: ")
     expect(told(studio)).to_contain_text("it has stopped: ")
+    expect(studio.module).to_have_text("no module")
     studio.start()
     assert studio.send("GAP 1, 0").endswith("status 100 ok")

@@ -62,8 +62,11 @@ export class FlashImage {
             }
             this.log.replaceChildren();
             this.box.hidden = false;
-            write(this.told, `${file.name} runs on the emulated microcontroller of a TMCM-${choice.value}; its virtual time says how fast`);
+            write(this.told, `${file.name} is started`);
             await this.connection.open({ virtual: this.connection.start(), image: file.bytes }, undefined, program);
+            if (this.bench.there?.runsImage) {
+                write(this.told, `${file.name} runs on the emulated microcontroller of a TMCM-${choice.value}; its virtual time says how fast`);
+            }
         } catch (error) {
             write(this.told, words(error));
         }
