@@ -248,3 +248,62 @@ fn what_is_wrong_is_told() {
         assert!(told.contains(why), "{why}: {told}");
     }
 }
+
+/// Numbers that look like chance, the same each time.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % end.max(1)
+    }
+}
+
+/// A text of which some letters are others, missing, or there twice; where a number stands, there may be another one.
+fn changed(text: &str, chance: &mut Chance) -> String {
+    let mut letters: Vec<char> = text.chars().collect();
+    for _ in 0..=chance.below(3) {
+        let at = chance.below(letters.len());
+        let number = letters[at].is_ascii_digit();
+        match chance.below(if number { 3 } else { 12 }) {
+            _ if number => letters[at] = char::from(b'0' + chance.below(10) as u8),
+            0 => drop(letters.splice(at..(at + chance.below(20)).min(letters.len()), [])),
+            1 => letters[at] = char::from(32 + chance.below(95) as u8),
+            2 => letters.insert(at, ['-', '9', '"', ',', '\u{0}', '\u{1F600}', '[', '{'][chance.below(8)]),
+            _ => letters[at] = letters[chance.below(letters.len())],
+        }
+    }
+    letters.into_iter().collect()
+}
+
+/// What anybody may send ends with words, or is done: nothing of it can end the page.
+#[test]
+fn ten_thousand_changed_sessions_end_with_words_or_are_done() {
+    let (mut long, _) = recorded(Product::Tmcm3110, 2);
+    // A short one of them, so that changes meet all of it.
+    long.done = long.done.into_iter().filter(|deed| !deed.contains("GAP")).take(24).collect();
+    long.texts = vec![NamedText { name: "a.tmc".into(), text: "#include \"b.inc\"\nROR 0, 5".into() }];
+    long.made = Some(SessionMaker { version: "0.1.0".into(), hash: "0123".into() });
+    let text = serde_json::to_string(&long).unwrap();
+    let (mut chance, mut done, mut scenarios) = (Chance(42), 0, 0);
+    for _ in 0..10_000 {
+        let text = changed(&text, &mut chance);
+        let Ok(SessionRead { session, .. }) = read(&SessionText { text }) else { continue };
+        done += 1;
+        let Session { start, done: deeds, until, curves, .. } = &session;
+        let play = Play { start: start.clone(), done: deeds.clone(), until: *until };
+        let mut desk = Desk::new(Virtual::play(&play, Duration::ZERO).unwrap(), 500, curves);
+        desk.control("resume");
+        // Where it lasts long, as much of it as a page does at once.
+        for _ in 0..300 {
+            if desk.turn().left == Some(0.0) {
+                break;
+            }
+        }
+        if done % 100 == 0 && *until < 10_000_000 {
+            scenarios += 1;
+            tested(&write(&session).unwrap().text).unwrap();
+        }
+    }
+    assert!((1000..9000).contains(&done) && scenarios > 5, "{done} are done, {scenarios} as scenarios");
+}
