@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import copy
 import json
+import re
 import subprocess
 import zlib
 from pathlib import Path
@@ -13,12 +14,13 @@ from typing import Any
 import pytest
 from bed import PATIENCE
 from bed.browser import Browser
-from bed.module import VirtualModule
+from bed.module import ROOT, VirtualModule
 from bed.server import Site
 from playwright.sync_api import Locator, expect
 from studio import FOLDER, Studio, tmcl
 
 HERE = Path(__file__).parent
+DOCS = ROOT / "docs" / "studio.md"
 PRODUCTS = {"1110": 0, "1140": 0, "3110": 2, "3212": 2, "6110": 5}
 # A short one, written by hand.
 SMALL: dict[str, Any] = {
@@ -282,6 +284,24 @@ def test_a_module_at_a_port_is_left_alone(
     assert studio.send("GAP 1, 0").startswith("GAP 1, 0: 0 ")
 
 
+def links() -> dict[str, str]:
+    """The links of the examples, as the documentation has them."""
+    found = re.findall(r"^\[(\w+)\]\(\.\./examples/.*\n\n {4}(#session=\S+)$", DOCS.read_text(), re.MULTILINE)
+    assert len(found) == len(list((ROOT / "examples").glob("*.tmc")))
+    return dict(found)
+
+
+def test_the_links_of_the_documentation(studio: Studio) -> None:
+    for name, behind in links().items():
+        assert len(behind) <= 8000
+        studio.page.evaluate("link => { location.hash = link; }", behind)
+        expect(opened(studio).get_by_role("heading")).to_have_text(f"The example {name}")
+    studio.page.evaluate("link => { location.hash = link; }", links()["there_and_back"])
+    expect(opened(studio).get_by_role("heading")).to_have_text("The example there_and_back")
+    run(studio)
+    expect(studio.row("Axis 0", "rotor (1/256 full steps)")).not_to_have_text("0")
+
+
 def changed(**fields: Any) -> dict[str, Any]:
     """The small session with other fields."""
     return copy.deepcopy(SMALL) | fields
@@ -346,7 +366,11 @@ def test_names_and_words_are_text(studio: Studio) -> None:
 
 def test_changed_links_end_with_words_or_a_picture(plain_chromium: Browser, studio_site: Site) -> None:
     """A few hundred through the front door; ten thousand are tested with the doors themselves."""
-    studio = Studio(plain_chromium.open(studio_site.url))
+    page = plain_chromium.context.new_page()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(studio_site.url)
+    studio = Studio(page)
     kinds: dict[str, int] = studio.page.evaluate(
         """async text => {
             const kinds = { words: 0, picture: 0 };
@@ -386,3 +410,4 @@ def test_changed_links_end_with_words_or_a_picture(plain_chromium: Browser, stud
     assert kinds["words"] > 50
     assert kinds["picture"] > 20
     studio.start()
+    assert all(url.startswith((studio_site.url, "blob:", "data:")) for url in asked), "nobody else is asked"

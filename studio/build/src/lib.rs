@@ -9,9 +9,11 @@
 
 pub mod answer;
 pub mod compiler;
+pub mod example;
 pub mod files;
 pub mod make;
 pub mod maker;
+pub mod opener;
 pub mod policy;
 pub mod request;
 pub mod server;

@@ -254,4 +254,6 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
 }
 
 #[cfg(test)]
+mod links;
+#[cfg(test)]
 mod tests;

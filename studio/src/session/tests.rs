@@ -68,6 +68,15 @@ impl Desk {
     }
 }
 
+/// The rows of a session that is done to its end.
+pub(super) fn played(session: &Session) -> Vec<SampleRow> {
+    let Session { start, done, until, curves, .. } = session.clone();
+    let mut desk = Desk::new(Virtual::play(&Play { start, done, until }, Duration::ZERO).unwrap(), 1000, &curves);
+    desk.control("resume");
+    while desk.turn().left != Some(0.0) {}
+    desk.rows
+}
+
 fn curves_of(last: u8) -> Vec<String> {
     ["GAP 1, 0", "GAP 3, 0", "rotor 0", "lost_steps 0", "switches.left 0", "supply", "GAP 8, 0"]
         .map(String::from)
