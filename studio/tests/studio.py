@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import re
 import subprocess
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,18 @@ from playwright.sync_api import Locator, Page, expect
 
 # Where `cargo studio --build` has made the page; or another copy of it.
 FOLDER = Path(os.environ.get("TMCL_STUDIO", ROOT / "target" / "studio"))
+
+# A short session, written by hand.
+SMALL: dict[str, Any] = {
+    "session": 1,
+    "title": "A turn, and a hand",
+    "made": None,
+    "start": {"product": "1140", "world": "[stage]\nleft = -51200\n", "eeprom": None},
+    "texts": [{"name": "program.tmc", "text": "// of the session\nSTOP\n"}],
+    "curves": ["GAP 1, 0", "rotor"],
+    "done": ["50000 MVP REL, 0, 12800", "60000 GAP 1, 0", "700000 press left"],
+    "until": 900_000,
+}
 
 
 class Studio:
@@ -106,3 +120,11 @@ def tmcl(*arguments: str, code: int = 0, given: Path | None = None) -> str:
     done = subprocess.run([PROGRAM, *arguments], check=False, capture_output=True, text=True, input=text)
     assert done.returncode == code, done.stderr
     return done.stdout.rstrip("\n")
+
+
+def link(session: object) -> str:
+    """What stands behind the address of the page for a session, or for any text."""
+    text = session if isinstance(session, str) else json.dumps(session)
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    packed = packer.compress(text.encode()) + packer.flush()
+    return "#session=" + base64.urlsafe_b64encode(packed).decode().rstrip("=")

@@ -17,30 +17,11 @@ from bed.browser import Browser
 from bed.module import ROOT, VirtualModule
 from bed.server import Site
 from playwright.sync_api import Locator, expect
-from studio import FOLDER, Studio, tmcl
+from studio import FOLDER, SMALL, Studio, link, tmcl
 
 HERE = Path(__file__).parent
 DOCS = ROOT / "docs" / "studio.md"
 PRODUCTS = {"1110": 0, "1140": 0, "3110": 2, "3212": 2, "6110": 5}
-# A short one, written by hand.
-SMALL: dict[str, Any] = {
-    "session": 1,
-    "title": "A turn, and a hand",
-    "made": None,
-    "start": {"product": "1140", "world": "[stage]\nleft = -51200\n", "eeprom": None},
-    "texts": [{"name": "program.tmc", "text": "// of the session\nSTOP\n"}],
-    "curves": ["GAP 1, 0", "rotor"],
-    "done": ["50000 MVP REL, 0, 12800", "60000 GAP 1, 0", "700000 press left"],
-    "until": 900_000,
-}
-
-
-def link(session: object) -> str:
-    """What stands behind the address of the page for a session, or for any text."""
-    text = session if isinstance(session, str) else json.dumps(session)
-    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
-    packed = packer.compress(text.encode()) + packer.flush()
-    return "#session=" + base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
 
 def told(studio: Studio) -> Locator:
