@@ -3,10 +3,33 @@
 
 use super::{Commands, Outcome, Product, Spec};
 use crate::device::Board;
-use crate::param::{ALL_INTERRUPTS, Interrupt};
+use crate::param::{ALL_INTERRUPTS, AxisParameter, Interrupt};
 use crate::tmcl::{ALL_AXES, Command, Opcode, Status};
 
+/// The kind of RFS that asks for the status of a reference search, and begins or ends none (manual section 3.7.11).
+const SEARCH_STATUS: u8 = 2;
+
 impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+    /// What a command that only reads would read. Whether a position is reached is told by the last reading, so that no chip is
+    /// asked for it.
+    pub(crate) fn peek(&mut self, opcode: Opcode, command: Command) -> Result<i32, Status> {
+        let Command { kind, motor, .. } = command;
+        let outcome = match opcode {
+            Opcode::Gap if reads::<T::Product>(kind, AxisParameter::PositionReached) => {
+                return Ok(self.axis(motor)?.state().at_target().into());
+            }
+            Opcode::Gap => return self.get_axis(kind, motor),
+            Opcode::Ggp => return self.get_global(kind, motor),
+            Opcode::Gio => self.get_input(kind, motor)?,
+            Opcode::Rfs if kind == SEARCH_STATUS => self.reference_search(kind, motor, 0)?,
+            _ => return Err(Status::NotAvailable),
+        };
+        match outcome {
+            Outcome::Read(value) => Ok(value),
+            _ => Err(Status::NotAvailable),
+        }
+    }
+
     /// Executes a command whose number and motor field are checked. Control commands - from
     /// [`Command::FIRST_CONTROL`] on, as those of programs, downloads, events and restarts - and user functions are for the
     /// owner of the executor: here they are refused with status 6. Inlined into the one function by which an owner has commands carried
@@ -99,4 +122,9 @@ fn check_interrupt(spec: &Spec, number: u8, all: bool) -> Result<(), Status> {
     let Spec { axes, inputs, .. } = *spec;
     let known = (all && number == ALL_INTERRUPTS) || Interrupt::find(number, axes, inputs).is_some();
     if known { Ok(()) } else { Err(Status::WrongType) }
+}
+
+/// Whether a number is that of an axis parameter.
+fn reads<P: Product>(number: u8, function: AxisParameter) -> bool {
+    P::SPEC.axis.find(number).is_some_and(|parameter| parameter.function == function)
 }

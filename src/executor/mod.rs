@@ -23,7 +23,6 @@ mod coordinates;
 mod globals;
 mod io;
 mod outcome;
-mod peek;
 pub mod ports;
 mod slots;
 mod solo;

@@ -55,7 +55,7 @@ mixed.txt: Only slow motors pass ... FAILED, 1 of 2 cases
 mixed.txt: Nobody understands this ... FAILED
 
 mixed.txt:9: expect velocity < 200: the left side is 500, the right side 200 (case: speed = 500)
-mixed.txt:11: unknown step 'jump'; there are: expect, wait, let, control, power cycle, load, run, sdo, nmt, sync, frame, and \
+mixed.txt:11: unknown step 'jump'; there are: expect, wait, at, post, let, control, power cycle, load, run, sdo, nmt, sync, frame, and \
 TMCL commands in capitals
 
 3 passed, 2 failed, in ";

@@ -175,7 +175,7 @@ fn parameters_that_cost_no_datagram_are_values_too() {
         let why = port.refused(line);
         assert!(why.contains("would cost the module a datagram to a chip: use 'position' of the world"), "{why}");
     }
-    assert!(port.refused("watch 1 s MVP ABS, 0, 5").contains("only GAP and GGP"));
+    assert!(port.refused("watch 1 s MVP ABS, 0, 5").contains("only GAP, GGP, GIO"));
     assert!(port.refused("watch 1 s GAP 4, 1").contains("does not read this"));
 }
 

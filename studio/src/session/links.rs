@@ -25,7 +25,7 @@ const EACH: Nanos = 10 * MILLISECOND;
 const MOST: usize = 8000;
 
 fn workspace() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    fw::workspace().unwrap()
 }
 
 /// The words of a command line; those with spaces stand between quotation marks.
