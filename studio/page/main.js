@@ -23,7 +23,8 @@ import { Workbench } from './workbench.js';
 /** @param {string} text something that is to be read aloud */
 const announce = (text) => write(at('announced'), text);
 
-/** Where the page is narrow, one part of it is shown at a time; where it is wide, the same buttons lead keyboards to the parts. */
+/** Where the page is narrow, one part of it is shown at a time; where it is wide, the same buttons lead keyboards to the parts. Gives
+ * what leads to a part. */
 function tabs() {
     const parts = [...document.querySelectorAll('[data-tab]')].map((part) => /** @type {HTMLElement} */ (part));
     const names = [...new Set(parts.map(({ dataset }) => dataset.tab ?? ''))];
@@ -43,6 +44,10 @@ function tabs() {
     }
     at('tabs').append(...buttons);
     show(names[0]);
+    return (/** @type {string} */ name) => {
+        show(name);
+        lead(name);
+    };
 }
 
 /** What the browser keeps: as a file, and away with it. */
@@ -122,7 +127,7 @@ async function begin() {
         sessions,
     );
     hearing.push(connection, world, eeprom, image);
-    tabs();
+    bench.reveal = tabs();
     keeping();
     window.addEventListener('pagehide', () => session.vanish());
     // A page that comes back as it was has no link any more.

@@ -107,7 +107,7 @@
 /** @typedef {{ name: string, line: string }} WorldState */
 /** @typedef {{ turn: number, circle: number | null, lowest: number | null, highest: number | null, zones: WorldZone[] }} WorldStage */
 /** @typedef {{ name: string, from: number | null, to: number | null }} WorldZone */
-/** @typedef {{ row: SampleRow, paused: boolean, factor: number, wanted: number | null, behind: number }} WorldSeen */
+/** @typedef {{ row: SampleRow, paused: boolean, busy: boolean, factor: number, wanted: number | null, behind: number }} WorldSeen */
 /** @typedef {{ session: number, title: string, made: SessionMaker | null, start: Start, texts: NamedText[], curves: string[], done: string[], until: number }} Session */
 /** @typedef {{ version: string, hash: string }} SessionMaker */
 /** @typedef {{ session: Session, name: string, lines: string[], readings: number, length: number }} SessionRead */

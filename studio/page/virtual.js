@@ -95,6 +95,9 @@ export class VirtualSource {
             // It knows nothing any more of what was not stored.
             this.tell({ opened: true });
         }
+        if (!turn.powered && this.powered) {
+            this.tell({ powered: false });
+        }
         this.powered = turn.powered;
         this.starts = turn.starts;
         this.#tellNews(turn);

@@ -44,6 +44,9 @@ export class Workbench {
         this.openFile = openFile;
         this.openBytes = openBytes;
         this.question = question;
+        /** Leads to a part of the page.
+         * @type {(part: string) => void} */
+        this.reveal = () => undefined;
     }
 
     /**

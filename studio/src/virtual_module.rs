@@ -292,9 +292,10 @@ impl<M: VirtualModule> Running for Virtual<M> {
 
     fn see(&mut self, watched: &Watched, at: Duration) -> WorldSeen {
         let row = self.look(watched);
-        let (paused, factor) = (self.timekeeper.is_paused(), self.timekeeper.pace(at, self.fleet.now()));
+        let (paused, busy) = (self.timekeeper.is_paused(), self.timekeeper.is_stepping());
+        let factor = self.timekeeper.pace(at, self.fleet.now());
         let behind = self.timekeeper.behind() as f64 / MILLISECOND as f64;
-        WorldSeen { row, paused, factor, wanted: self.timekeeper.wanted(), behind }
+        WorldSeen { row, paused, busy, factor, wanted: self.timekeeper.wanted(), behind }
     }
 
     fn watch(&mut self, watched: &Watched) -> Nothing {

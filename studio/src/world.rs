@@ -121,6 +121,8 @@ pub struct WorldSeen {
     pub row: SampleRow,
     /// Whether its time is paused.
     pub paused: bool,
+    /// Whether paused time passes, because something was asked for that takes time.
+    pub busy: bool,
     /// How fast time has been going lately, as a factor of the clock.
     pub factor: f64,
     /// How fast it is wanted to go; null if as fast as it can.
@@ -173,7 +175,9 @@ fn mistake(why: &str, text: &str) -> Mistake {
     let length = text.lines().nth(line).map_or(0, |line| line.encode_utf16().count());
     let start = number("column ").filter(|start| *start < length).unwrap_or(0);
     let is_shown_again = |line: &&str| line.contains('|') || line.starts_with("TOML parse error");
-    let words: Vec<&str> = why.trim_end().lines().filter(|line| !is_shown_again(line)).collect();
+    let place = format!("line {}: ", line + 1);
+    let words = why.trim_end().lines().filter(|line| !is_shown_again(line));
+    let words: Vec<&str> = words.map(|line| line.strip_prefix(&place).unwrap_or(line)).collect();
     Mistake {
         file: None,
         line,
@@ -191,7 +195,12 @@ fn mistake(why: &str, text: &str) -> Mistake {
 /// There is no such product, or its world cannot be so.
 pub fn config(Start { product, world, .. }: &Start) -> Result<WorldConfig, String> {
     let kind = product::named(product)?.kind();
-    let read = |text: &String| WorldConfig::parse_for(kind, text).map_err(|error| format!("the world: {error}"));
+    let read = |text: &String| {
+        WorldConfig::parse_for(kind, text).map_err(|error| {
+            let Mistake { line, words, .. } = mistake(&error, text);
+            format!("the world: line {}: {words}", line + 1)
+        })
+    };
     world.as_ref().map_or_else(|| Ok(WorldConfig::default()), read)
 }
 
@@ -254,8 +263,10 @@ pub(crate) fn examples() -> Vec<(&'static str, serde_json::Value)> {
     examples.push(("WorldZone", json!(zone(None, Some(1)))));
     let row = SampleRow { at: 1.0, values: vec![Some(1.0), None] };
     for wanted in [Some(1.0), None] {
-        examples
-            .push(("WorldSeen", json!(WorldSeen { row: row.clone(), paused: true, factor: 1.0, wanted, behind: 0.5 })));
+        examples.push((
+            "WorldSeen",
+            json!(WorldSeen { row: row.clone(), paused: true, busy: false, factor: 1.0, wanted, behind: 0.5 }),
+        ));
     }
     for touchable in &with.touchables {
         examples.push(("WorldTouchable", json!(touchable)));

@@ -26,7 +26,12 @@ PRODUCTS = {"1110": 0, "1140": 0, "3110": 2, "3212": 2, "6110": 5}
 
 def told(studio: Studio) -> Locator:
     """What there is to say about sessions."""
-    return studio.page.get_by_role("status", name="Session")
+    return studio.page.get_by_role("status", name="Session", exact=True)
+
+
+def progress(studio: Studio) -> Locator:
+    """What there is to say about the session that is run."""
+    return studio.page.get_by_role("status", name="Progress of the session")
 
 
 def opened(studio: Studio) -> Locator:
@@ -53,7 +58,7 @@ def run(studio: Studio) -> None:
     studio.button("Run session").click()
     expect(studio.link).to_have_text("shown")
     studio.control("speed max")
-    expect(told(studio)).to_contain_text("it has ended, and time stands still")
+    expect(progress(studio)).to_have_text('the session has ended: "Take over" goes on from here')
 
 
 @pytest.fixture
@@ -157,7 +162,7 @@ def test_a_link_shows_a_session_and_does_nothing(studio: Studio, studio_site: Si
     expect(told(studio)).to_have_text("the link: opened; nothing is done until it is run")
     expect(opened(studio).get_by_role("heading")).to_have_text("A turn, and a hand")
     expect(opened(studio)).to_contain_text(
-        "A virtual TMCM-1140, as it leaves the factory: 0.9 s, in which 2 things are done, and 1 readings"
+        "A virtual TMCM-1140, as it leaves the factory: 0.900 s, in which there are 2 deeds and 1 reading."
     )
     expect(opened(studio).get_by_role("listitem")).to_have_text(["0.050 s  MVP REL, 0, 12800", "0.700 s  press left"])
     expect(studio.module).to_have_text("no module")
@@ -221,21 +226,71 @@ def test_who_does_something_takes_over(studio: Studio, studio_site: Site) -> Non
     page = studio.page
     page.evaluate("link => { location.hash = link; }", link(long))
     studio.button("Run session").click()
-    expect(told(studio)).to_contain_text("s are left")
+    expect(progress(studio)).to_contain_text("s of the session are left")
     # Time is no deed: it may be held.
     studio.control("pause")
-    expect(told(studio)).to_contain_text("s are left")
+    expect(progress(studio)).to_contain_text("s of the session are left")
     studio.control("step 2 s")
     studio.control("resume")
     page.get_by_role("switch", name="left switch").click()
     studio.is_there("1140")
-    expect(told(studio)).to_have_text("it was taken over")
+    expect(progress(studio)).to_have_text("the session was taken over")
     # STOP does as well.
     studio.button("Run session").click()
     expect(studio.row("Axes", "actual speed (int)")).to_have_text("300")
     studio.button("STOP").click()
     studio.is_there("1140")
     expect(studio.row("Axes", "actual speed (int)")).to_have_text("0")
+
+
+def test_a_session_that_is_run_is_not_the_one_that_is_shown(in_chromium: Studio) -> None:
+    """What is run goes on, and can be taken over, whatever is shown; and what is wrong with another one is told."""
+    studio = in_chromium
+    long = changed(until=600_000_000, done=["50000 ROR 0, 300"], title="Long")
+    take = studio.button("Take over")
+    expect(take).to_be_disabled()
+    studio.page.evaluate("link => { location.hash = link; }", link(long))
+    studio.button("Run session").click()
+    expect(take).to_be_enabled()
+    studio.page.evaluate("link => { location.hash = link; }", "#session=AAAA")
+    expect(told(studio)).to_contain_text("the link: this link")
+    expect(progress(studio)).to_contain_text("s of the session are left")
+    expect(told(studio)).to_contain_text("the link: this link")
+    studio.page.evaluate("link => { location.hash = link; }", link(SMALL))
+    expect(opened(studio).get_by_role("heading")).to_have_text("A turn, and a hand")
+    studio.button("Close").click()
+    expect(opened(studio)).to_have_count(0)
+    expect(told(studio)).to_have_text("")
+    assert studio.page.evaluate("location.hash") == ""
+    take.click()
+    studio.is_there("1140")
+    expect(take).to_be_disabled()
+    # Something else takes its place.
+    for end in ("Start", "Disconnect"):
+        studio.page.evaluate("link => { location.hash = link; }", link(long))
+        studio.button("Run session").click()
+        expect(progress(studio)).to_contain_text("s of the session are left")
+        studio.button(end).click()
+        expect(progress(studio)).to_have_text("the session was ended: something else has its place")
+        expect(take).to_be_disabled()
+        studio.page.evaluate("history.back()")
+        expect(opened(studio)).to_have_count(0)
+
+
+def test_a_session_without_a_cable_is_taken_over_when_it_is_there(in_chromium: Studio) -> None:
+    studio = in_chromium
+    studio.page.evaluate("link => { location.hash = link; }", link(changed(done=["50 usb off"])))
+    run(studio)
+    studio.button("Take over").click()
+    expect(studio.link).to_contain_text("asking again each second")
+    studio.control("usb on")
+    studio.is_there("1140")
+
+
+def test_a_link_is_shown_in_a_narrow_window(plain_chromium: Browser, studio_site: Site) -> None:
+    page = plain_chromium.new_context(viewport={"width": 360, "height": 640}).new_page()
+    page.goto(studio_site.url + link(SMALL))
+    expect(page.get_by_role("article").get_by_role("heading")).to_be_visible()
 
 
 def test_another_version_is_told_first(in_chromium: Studio) -> None:

@@ -58,11 +58,19 @@ def test_what_is_touched_is_a_line_and_is_seen(studio: Studio) -> None:
     load.press("Enter")
     expect(studio.row("Axis 5", "load")).to_have_text("0.5")
     assert last_line(studio) == "load 0.5 5"
-    short = page.get_by_role("switch", name="fault short-a, axis 5")
-    short.click()
-    expect(short).to_have_attribute("aria-checked", "true")
-    assert last_line(studio) == "fault short-a on 5"
+    # Nothing tells whether a fault is there, so there is a button for each.
+    page.get_by_role("button", name="fault short-a, axis 5: on").click()
     expect(page.get_by_role("list", name="Axis 5 in words")).to_contain_text("short")
+    assert last_line(studio) == "fault short-a on 5"
+    page.get_by_role("button", name="fault short-a, axis 5: off").click()
+    expect(studio.answers.last).to_contain_text("fault short-a off 5")
+    # A number that is missing, or two of them, would be something else for another axis.
+    count = studio.answers.count()
+    for typed in ("", "0.5 1"):
+        load.fill(typed)
+        page.get_by_role("button", name="Set: load, axis 5").click()
+        assert load.evaluate("input => input.validationMessage").startswith("one number, 0 to 1")
+    assert studio.answers.count() == count
     supply = page.get_by_role("textbox", name="supply", exact=True)
     supply.fill("70")
     page.get_by_role("button", name="Set: supply").click()
@@ -83,6 +91,7 @@ def test_the_lines_can_be_had_as_a_file(in_chromium: Studio, tmp_path: Path) -> 
     studio.page.get_by_role("switch", name="left switch").click()
     expect(studio.answers).to_have_count(1)
     studio.control("load 0.5")
+    assert studio.control("load 5")["ok"] is False, "what was refused is no line of a test"
     with studio.page.expect_download() as got:
         studio.button("Save lines").click()
     assert Path(got.value.path()).read_text() == "press left 0\nload 0.5\n"
@@ -91,7 +100,7 @@ def test_the_lines_can_be_had_as_a_file(in_chromium: Studio, tmp_path: Path) -> 
 def test_time_is_held_and_stepped(studio: Studio) -> None:
     studio.start()
     page = studio.page
-    page.get_by_role("button", name="Pause time").click()
+    page.get_by_role("button", name="Pause time", exact=True).click()
     now = page.get_by_role("status", name="Virtual time")
     expect(now).to_contain_text("paused")
     before = studio.control("state")["time_us"]
@@ -115,7 +124,7 @@ def test_time_is_held_and_stepped(studio: Studio) -> None:
     page.get_by_role("textbox", name="Condition").fill("no such thing")
     studio.button("Run until").click()
     expect(studio.answers.last).to_contain_text('"ok":false')
-    page.get_by_role("button", name="Pause time").click()
+    page.get_by_role("button", name="Pause time", exact=True).click()
     expect(now).to_contain_text("goes")
 
 
@@ -123,10 +132,11 @@ def test_a_condition_that_never_comes_is_interrupted(studio: Studio) -> None:
     """What is asked meanwhile is answered, whatever comes first."""
     studio.start()
     page = studio.page
-    page.get_by_role("button", name="Pause time").click()
+    page.get_by_role("button", name="Pause time", exact=True).click()
     page.get_by_role("textbox", name="Condition").fill("position = 7")
     page.get_by_role("textbox", name="Longest time").fill("1 h")
     studio.button("Run until").click()
+    expect(page.get_by_role("status", name="Virtual time")).to_contain_text("goes as fast as it can")
     # Its own answer comes before that of the line before.
     studio.page.get_by_role("switch", name="left switch").click()
     expect(studio.answers.last).to_contain_text("press left 0")
@@ -294,7 +304,7 @@ def test_mistakes_of_a_world_stand_at_their_place(studio: Studio) -> None:
     page.get_by_label("Virtual module", exact=True).select_option("1140")
     page.get_by_role("combobox", name="World").select_option("stage.toml")
     studio.button("Start").click()
-    expect(studio.link).to_contain_text("the world: line 2: this is [[axis]] number 2")
+    expect(studio.link).to_contain_text("not started: the world: line 2: this is [[axis]] number 2")
     page.get_by_role("combobox", name="World").select_option("")
     studio.start()
 
@@ -326,13 +336,37 @@ def test_what_a_module_stores_is_kept(in_chromium: Studio, tmp_path: Path) -> No
     assert again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
     with VirtualModule(tmp_path / "port", tmp_path, "--product", "3110", "--eeprom", str(file)) as module:
         assert "GAP 4, 2: 321 " in tmcl("send", str(module.serial), "GAP 4, 2")
-    # A fresh one does not know it, and has it no more if it stores something itself.
+    # A fresh one does not know it, and does not overwrite it.
     choice.select_option("fresh")
     again.start("3110")
     assert not again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
+    expect(told).to_have_text("what this module stores is not kept: another EEPROM is")
+    again.control("send SAP 4, 2, 99")
+    again.control("send STAP 4, 2")
+    choice.select_option("kept")
+    again.start("3110")
+    assert again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
+    # Another tab may have the same one: it is told.
+    second = page.context.new_page()
+    second.goto(page.url)
+    other = Studio(second)
+    second.get_by_label("Virtual module", exact=True).select_option("3110")
+    other.start("3110")
+    other.control("send SAP 4, 2, 777")
+    other.control("send STAP 4, 2")
+    expect(told).to_contain_text("another tab keeps this EEPROM now")
+    second.close()
     studio.button("Erase EEPROM").click()
     page.get_by_role("dialog").get_by_role("button", name="Erase").click()
     expect(told).to_contain_text("as it leaves the factory")
+    expect(choice.get_by_role("option")).to_have_text(["as it leaves the factory"])
+    # The module that runs does not bring it back.
+    again.control("send SAP 4, 2, 55")
+    again.control("send STAP 4, 2")
+    again.control("power off")
+    expect(studio.link).to_have_text("the module has no power")
+    again.control("power on")
+    again.is_there("3110")
     expect(choice.get_by_role("option")).to_have_text(["as it leaves the factory"])
     # The file is opened for another product, whose EEPROM has another size, and for its own.
     for product, words in (

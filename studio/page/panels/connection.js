@@ -34,12 +34,12 @@ export class Connection {
         this.opened = {};
         /** A session is done to the module, and nobody has taken over. */
         this.plays = false;
-        /** Takes what there is to say of that.
-         * @type {(left: number | null) => void} */
+        /** Takes what there is to say of that: how many milliseconds are left, or how it was ended.
+         * @type {(left: number | 'taken over' | 'ended') => void} */
         this.onplay = () => undefined;
         this.texts = texts;
         this.eeprom = eeprom;
-        at('start').onclick = () => void this.open({ virtual: this.start() });
+        at('start').onclick = () => void this.#start();
         at('connect').onclick = () => void this.#connect(false);
         at('choose').onclick = () => void this.#connect(true);
         at('leave').onclick = () => void this.#leave();
@@ -55,6 +55,27 @@ export class Connection {
         const product = /** @type {HTMLSelectElement} */ (at('product')).value;
         const world = /** @type {HTMLSelectElement} */ (at('surroundings')).value;
         return { product, world: world === '' ? null : this.texts.text(world), eeprom: this.eeprom.wanted(product) };
+    }
+
+    /** Starts a virtual module, if it can be so: else what is there stays. */
+    async #start() {
+        const virtual = this.start();
+        this.#say('starting');
+        try {
+            await this.bench.ask('world_offers', virtual);
+        } catch (error) {
+            this.#say(`not started: ${words(error)}`);
+            return;
+        }
+        await this.open({ virtual });
+    }
+
+    /** A session that is done ends. */
+    #endPlay() {
+        if (this.plays) {
+            this.plays = false;
+            this.onplay('ended');
+        }
     }
 
     /**
@@ -91,9 +112,10 @@ export class Connection {
      * @param {WebAssembly.Module} [program] that runs a flash image
      */
     async open(wanted, session, program) {
-        if (!this.#fits()) {
+        if (wanted.serial && !this.#fits()) {
             return;
         }
+        this.#endPlay();
         // What becomes of an earlier attempt does not count any more.
         this.attempts += 1;
         const attempt = this.attempts;
@@ -133,7 +155,8 @@ export class Connection {
     async #show({ name, curves }, attempt) {
         const { started } = this.opened;
         await this.bench.looks({ name, product: started?.product ?? null, address: 1, isVirtual: true, started, curves });
-        if (attempt === this.attempts) {
+        // STOP may have taken it over meanwhile.
+        if (attempt === this.attempts && this.plays) {
             at('module').textContent = `${name}, to which a session is done`;
             this.#say('shown');
             await this.session.ask({ control: 'resume' });
@@ -143,12 +166,8 @@ export class Connection {
     /** Goes on from where a session is: from now on the module is as any other. */
     async takeOver() {
         this.plays = false;
-        this.onplay(null);
-        try {
-            await this.#identify();
-        } catch (error) {
-            this.#say(words(error));
-        }
+        this.onplay('taken over');
+        await this.#identifyAgain();
     }
 
     /** Asks what the module is, before anything else. */
@@ -184,7 +203,9 @@ export class Connection {
 
     /** A STOP that was not answered is not forgotten with its link. */
     #leaveDanger() {
-        if (at('danger').textContent !== '') {
+        if (this.isVirtual) {
+            at('danger').textContent = '';
+        } else if (at('danger').textContent !== '') {
             at('danger').textContent = 'STOP was not answered, and the link is closed: the motor may turn.';
         }
     }
@@ -208,6 +229,8 @@ export class Connection {
             this.#say(`the link is lost: ${told.retry}; trying again each second`);
         } else if (told.left !== undefined) {
             this.#play(told.left);
+        } else if (told.powered === false) {
+            this.#say('the module has no power');
         } else if (told.halted !== undefined) {
             // Whoever waits for a reply of it is not told, because none comes.
             this.attempts += 1;
@@ -230,7 +253,7 @@ export class Connection {
     #play(left) {
         if (left === null && this.plays) {
             void this.takeOver();
-        } else if (this.plays) {
+        } else if (this.plays && left !== null) {
             this.onplay(left);
         }
     }
@@ -273,7 +296,7 @@ export class Connection {
 
     async #leave() {
         this.attempts += 1;
-        this.plays = false;
+        this.#endPlay();
         this.bench.is(undefined);
         this.#leaveDanger();
         await this.session.leave();

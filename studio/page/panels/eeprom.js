@@ -23,8 +23,10 @@ export class Eeprom {
         this.product = /** @type {HTMLSelectElement} */ (at('product'));
         this.choice = /** @type {HTMLSelectElement} */ (at('eeprom'));
         this.told = make('p', { role: 'status', 'aria-label': 'EEPROM' });
-        /** The product whose EEPROM is kept as it changes; none while a session is done.
-         * @type {string | undefined} */
+        /** The module of which that was decided last, and the product whose EEPROM is kept as it changes, if it is.
+         * @type {import('../types.js').Start | undefined} */
+        this.started = undefined;
+        /** @type {string | undefined} */
         this.keeps = undefined;
         this.isAsked = false;
         this.isDue = false;
@@ -39,6 +41,13 @@ export class Eeprom {
         this.wantsFresh = false;
         this.choice.addEventListener('change', () => (this.wantsFresh = this.choice.value === 'fresh'));
         this.product.addEventListener('change', () => this.#offer());
+        window.addEventListener('storage', ({ key }) => {
+            if (this.keeps !== undefined && key?.endsWith(place(this.keeps))) {
+                this.keeps = undefined;
+                write(this.told, 'another tab keeps this EEPROM now: what this module stores is not kept any more');
+            }
+            this.#offer();
+        });
         this.#offer();
     }
 
@@ -67,15 +76,21 @@ export class Eeprom {
     }
 
     /** @param {import('../workbench.js').There} there */
-    module({ isVirtual, product }) {
-        this.keeps = isVirtual && product !== null ? product : undefined;
+    module({ product, started, curves }) {
+        if (started !== this.started) {
+            this.started = started;
+            // What somebody keeps is not overwritten by a module that has begun without it, nor by a session.
+            const isOwn = started?.eeprom != null || this.#kept(product ?? '') === null;
+            this.keeps = started && product !== null && curves === undefined && isOwn ? product : undefined;
+            const why = started && !isOwn ? 'what this module stores is not kept: another EEPROM is' : '';
+            write(this.told, curves === undefined ? why : 'what this module stores is not kept: it comes from a session');
+        }
         if (this.isDue) {
             void this.#keep();
         }
     }
 
     gone() {
-        this.keeps = undefined;
         this.isDue = false;
     }
 
@@ -140,7 +155,7 @@ export class Eeprom {
                 const why = keep(place(product), eeprom);
                 this.wantsFresh = false;
                 this.#offer();
-                write(this.told, why === '' ? `${file.name}: the next TMCM-${product} that is started has it` : why);
+                write(this.told, why === '' ? `${file.name}: the next TMCM-${product} that is started has it; what this one stores is not kept` : why);
             }
         } catch (error) {
             write(this.told, words(error));
@@ -154,7 +169,7 @@ export class Eeprom {
             this.keeps = undefined;
             keep(place(product), null);
             this.#offer();
-            write(this.told, `the next TMCM-${product} that is started is as it leaves the factory`);
+            write(this.told, `the next TMCM-${product} that is started is as it leaves the factory; what this one stores is not kept`);
         }
     }
 }

@@ -180,8 +180,11 @@ export class Program {
             const typed = name.value.trim();
             if (typed !== '' && typed !== this.name) {
                 const text = this.editor.text;
+                const worlds = /** @type {HTMLSelectElement} */ (at('surroundings'));
+                const isChosen = worlds.value === this.name;
                 this.texts.remove(this.name);
                 this.show(this.texts.change(this.texts.free(typed), text));
+                worlds.value = isChosen && isWorld(this.name) ? this.name : worlds.value;
                 if (this.name !== typed) {
                     this.#say(`${typed} is there already: this text is ${this.name} now`);
                 }

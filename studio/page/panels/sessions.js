@@ -43,16 +43,24 @@ export class Sessions {
         ];
         this.choice = make('fieldset', { class: 'row' }, make('legend', { text: 'Texts of the session' }));
         this.told = make('p', { role: 'status', 'aria-label': 'Session' });
+        /** What there is to say of the one that is run. */
+        this.progress = make('p', { role: 'status', 'aria-live': 'off', 'aria-label': 'Progress of the session' });
+        this.take = button('Take over', () => void this.connection.takeOver(), { disabled: true });
+        /** The one that is shown stands behind the address. */
+        this.isLink = false;
         this.shown = make('div');
         const open = button('Open session', () => void this.#open());
         at('session').append(
             make('div', { class: 'row' }, labelled('Title', this.title), ...this.saving, open),
             this.choice,
             this.told,
+            make('div', { class: 'row' }, this.take, this.progress),
             this.shown,
         );
         /** The texts that are wanted. @type {Map<string, HTMLInputElement>} */
         this.wanted = new Map();
+        /** Those of which the user has said so, or has not. @type {Set<string>} */
+        this.chosen = new Set();
         connection.onplay = (left) => this.#play(left);
         program.onlist = () => this.#list();
         this.gone();
@@ -76,7 +84,8 @@ export class Sessions {
         this.wanted = new Map(
             texts.names.map((name) => {
                 const box = make('input', { type: 'checkbox' });
-                box.checked = before.get(name)?.checked ?? name === now;
+                box.checked = this.chosen.has(name) ? (before.get(name)?.checked ?? false) : name === now;
+                box.addEventListener('change', () => this.chosen.add(name));
                 return [name, box];
             }),
         );
@@ -139,6 +148,7 @@ export class Sessions {
         try {
             const file = await this.bench.openFile('.json,application/json', LONGEST);
             if (file) {
+                this.isLink = false;
                 await this.#read(file.name, () => file.text);
             }
         } catch (error) {
@@ -151,7 +161,26 @@ export class Sessions {
      * @param {string} hash
      */
     openLink(hash) {
+        if (!hash.startsWith('#session=')) {
+            // Back to the address without one.
+            if (this.isLink) {
+                this.#close();
+            }
+            return Promise.resolve();
+        }
+        this.isLink = true;
         return this.#read('the link', () => unpack(hash));
+    }
+
+    /** Shows no session any more. */
+    #close() {
+        this.turn += 1;
+        this.shown.replaceChildren();
+        write(this.told, '');
+        if (this.isLink) {
+            this.isLink = false;
+            history.replaceState(null, '', location.pathname + location.search);
+        }
     }
 
     /**
@@ -169,7 +198,7 @@ export class Sessions {
             if (read && turn === this.turn) {
                 this.#show(read);
                 write(this.told, `${name}: opened; nothing is done until it is run`);
-                at('title-session').scrollIntoView();
+                this.bench.reveal('Session');
             }
         } catch (error) {
             if (turn === this.turn) {
@@ -192,22 +221,21 @@ export class Sessions {
             make('details', {}, make('summary', { text: title }), make('pre', { text, tabindex: '0' }));
         const more = lines.length > MOST_SHOWN ? [make('li', { text: `and ${lines.length - MOST_SHOWN} more` })] : [];
         const eeprom = start.eeprom === null ? 'as it leaves the factory' : 'with what it has stored';
-        this.take = button('Take over', () => void this.connection.takeOver(), { disabled: true });
+        const count = (/** @type {number} */ number, /** @type {string} */ what) => `${number} ${what}${number === 1 ? '' : 's'}`;
         this.shown.replaceChildren(
             make(
                 'article',
                 { 'aria-labelledby': 'opened-session' },
                 make('h3', { id: 'opened-session', text: session.title === '' ? 'A session' : session.title }),
-                make('p', { text: `A virtual ${name}, ${eeprom}: ${length} s, in which ${lines.length} things are done, and ${readings} readings.` }),
+                make('p', { text: `A virtual ${name}, ${eeprom}: ${length.toFixed(3)} s, in which there are ${count(lines.length, 'deed')} and ${count(readings, 'reading')}.` }),
                 make('p', { class: 'wrong', text: other }),
                 make(
                     'div',
                     { class: 'row' },
                     button('Run session', () => void this.#run(read)),
-                    this.take,
                     button('Add its texts', () => this.#add(read), { disabled: texts.length === 0 }),
                     button('Its scenario', () => void this.#scenario(() => session)),
-                    button('Close', () => this.shown.replaceChildren()),
+                    button('Close', () => this.#close()),
                 ),
                 make('details', { open: true }, make('summary', { text: 'What is done' }), make('ol', { class: 'session-lines', tabindex: '0' }, ...lines.slice(0, MOST_SHOWN).map((text) => make('li', { text })), ...more)),
                 make('p', { text: `Curves: ${curves.length === 0 ? 'the usual ones' : curves.join('; ')}` }),
@@ -220,20 +248,23 @@ export class Sessions {
     /** @param {SessionRead} read */
     async #run(read) {
         try {
-            write(this.told, 'it is run');
+            write(this.told, '');
             await this.connection.play(read);
         } catch (error) {
             write(this.told, words(error));
         }
     }
 
-    /** @param {number | null} left how much is left, in milliseconds; null if it is over */
+    /** @param {number | 'taken over' | 'ended'} left how much is left, in milliseconds, or how it was ended */
     #play(left) {
-        if (this.take) {
-            this.take.disabled = left === null;
-        }
-        const ended = 'it has ended, and time stands still: "Take over" goes on from here';
-        write(this.told, left === null ? 'it was taken over' : left === 0 ? ended : `${(left / 1000).toFixed(1)} s are left`);
+        this.take.disabled = typeof left !== 'number';
+        const texts = {
+            'taken over': 'the session was taken over',
+            ended: 'the session was ended: something else has its place',
+        };
+        const over = 'the session has ended: "Take over" goes on from here';
+        const now = left === 0 ? over : `${(Number(left) / 1000).toFixed(1)} s of the session are left`;
+        write(this.progress, typeof left === 'number' ? now : texts[left]);
     }
 
     /**

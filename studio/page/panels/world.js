@@ -29,7 +29,10 @@ export class World {
         this.turn = 0;
         /** @type {string[]} */
         this.lines = [];
-        const carryOut = (/** @type {string} */ line) => this.#carryOut(line);
+        /** The module whose lines these are.
+         * @type {import('../types.js').Start | undefined} */
+        this.started = undefined;
+        const carryOut = (/** @type {string} */ line) => void this.#carryOut(line);
         this.time = new Time(carryOut);
         at('time').append(this.time.element);
         at('control-tools').append(
@@ -48,9 +51,13 @@ export class World {
     /** @param {import('../workbench.js').There} there */
     async module({ isVirtual, started }) {
         this.gone();
-        at('world').hidden = !isVirtual;
         if (!isVirtual || !started) {
             return;
+        }
+        at('world').hidden = false;
+        if (started !== this.started) {
+            this.started = started;
+            this.lines = [];
         }
         const { turn } = this;
         /** @type {WorldOffers} */
@@ -67,6 +74,7 @@ export class World {
 
     gone() {
         this.turn += 1;
+        at('world').hidden = true;
         at('stage').replaceChildren();
         at('touch').replaceChildren();
     }
@@ -95,7 +103,7 @@ export class World {
         at('stage').replaceChildren(...stages.map((stage, axis) => this.#axis(stage, axis, watch)));
         const groups = [...new Set(touchables.map(({ axis }) => axis))].map((axis) => {
             const controls = touchables.filter((one) => one.axis === axis).map((one) => {
-                const { element, show } = control(one, (line) => this.#carryOut(line));
+                const { element, show } = control(one, (line) => void this.#carryOut(line));
                 if (one.shown !== null) {
                     watch(one.shown, show);
                 }
@@ -169,19 +177,20 @@ export class World {
     }
 
     /**
-     * Carries a line out, and shows it with its answer. Gives whether it has been done.
+     * Carries a line out, and shows it with its answer.
      * @param {string} line
      */
     async #carryOut(line) {
-        this.lines.push(line);
         const shown = make('code', { text: line });
         try {
             const answer = await this.bench.session.ask({ control: line });
-            this.#answer(shown, answer, false);
-            return JSON.parse(answer).ok === true;
+            const isDone = JSON.parse(answer).ok === true;
+            this.#answer(shown, answer, !isDone);
+            if (isDone) {
+                this.lines.push(line);
+            }
         } catch (error) {
             this.#answer(shown, words(error), true);
-            return false;
         }
     }
 

@@ -14,13 +14,13 @@ import { button, make, write } from '../dom.js';
 /**
  * Makes the control of something that can be touched.
  * @param {WorldTouchable} touchable
- * @param {(line: string) => Promise<boolean>} carryOut gives whether it has been done
+ * @param {(line: string) => void} carryOut
  * @returns {Control}
  */
 export function control({ axis, name, how, shown }, carryOut) {
     const label = axis === null ? name : `${name}, axis ${axis}`;
     if ('switch' in how) {
-        return toggle(name, label, how.switch, shown !== null, carryOut);
+        return shown === null ? pair(name, label, how.switch, carryOut) : toggle(name, label, how.switch, carryOut);
     }
     return 'number' in how ? number(name, label, how.number, carryOut) : choice(name, label, how.choice, carryOut);
 }
@@ -29,29 +29,33 @@ export function control({ axis, name, how, shown }, carryOut) {
  * @param {string} name
  * @param {string} label
  * @param {import('../types.js').WorldSwitch} lines
- * @param {boolean} isShown whether its state comes from the world; else it is the last one that was wanted
- * @param {(line: string) => Promise<boolean>} carryOut
+ * @param {(line: string) => void} carryOut
  */
-function toggle(name, label, { on, off }, isShown, carryOut) {
-    const is = (/** @type {boolean} */ yes) => made.setAttribute('aria-checked', String(yes));
-    const made = button(
-        name,
-        async () => {
-            const wanted = made.getAttribute('aria-checked') !== 'true';
-            if ((await carryOut(wanted ? on : off)) && !isShown) {
-                is(wanted);
-            }
-        },
-        { role: 'switch', 'aria-label': label, 'aria-checked': String(label === 'USB cable') },
-    );
-    return { element: made, show: (/** @type {number | null} */ value) => isShown && is(value === 1) };
+function toggle(name, label, { on, off }, carryOut) {
+    const press = () => carryOut(made.getAttribute('aria-checked') === 'true' ? off : on);
+    const made = button(name, press, { role: 'switch', 'aria-label': label, 'aria-checked': 'false' });
+    return { element: made, show: (/** @type {number | null} */ value) => made.setAttribute('aria-checked', String(value === 1)) };
+}
+
+/**
+ * Two buttons, for what nothing tells whether it is on.
+ * @param {string} name
+ * @param {string} label
+ * @param {import('../types.js').WorldSwitch} lines
+ * @param {(line: string) => void} carryOut
+ */
+function pair(name, label, { on, off }, carryOut) {
+    const of = (/** @type {string} */ text, /** @type {string} */ line) =>
+        button(text, () => carryOut(line), { 'aria-label': `${label}: ${text}` });
+    const element = make('span', { class: 'world-number', role: 'group', 'aria-label': label }, `${name} `, of('on', on), of('off', off));
+    return { element, show: () => undefined };
 }
 
 /**
  * @param {string} name
  * @param {string} label
  * @param {import('../types.js').WorldNumber} of
- * @param {(line: string) => Promise<boolean>} carryOut
+ * @param {(line: string) => void} carryOut
  */
 function number(name, label, { before, behind, least, greatest, step, unit, once }, carryOut) {
     const range = `${least} to ${greatest}${unit === '' ? '' : ` ${unit}`}, in steps of ${step}`;
@@ -63,8 +67,14 @@ function number(name, label, { before, behind, least, greatest, step, unit, once
     const form = make('form', { class: 'world-number', novalidate: true }, `${name} `, now, ' ', input, ` ${unit} `, go);
     form.addEventListener('submit', (event) => {
         event.preventDefault();
-        void carryOut(`${before}${input.value}${behind}`);
+        const typed = input.value.trim();
+        // A number that is missing, or two, would make the axis behind it something else.
+        input.setCustomValidity(/^\S+$/.test(typed) ? '' : `one number, ${range}`);
+        if (input.reportValidity()) {
+            carryOut(`${before}${typed}${behind}`);
+        }
     });
+    input.addEventListener('input', () => input.setCustomValidity(''));
     const show = (/** @type {number | null} */ value) => write(now, value === null ? '' : String(Math.round(value * 1000) / 1000));
     return { element: form, show };
 }
@@ -73,11 +83,11 @@ function number(name, label, { before, behind, least, greatest, step, unit, once
  * @param {string} name
  * @param {string} label
  * @param {import('../types.js').WorldState[]} states
- * @param {(line: string) => Promise<boolean>} carryOut
+ * @param {(line: string) => void} carryOut
  */
 function choice(name, label, states, carryOut) {
     const select = make('select', { 'aria-label': label }, ...states.map((state, at) => new Option(state.name, String(at))));
-    select.onchange = () => void carryOut(states[Number(select.value)].line);
+    select.onchange = () => carryOut(states[Number(select.value)].line);
     const show = (/** @type {number | null} */ value) => {
         if (value !== null && document.activeElement !== select) {
             select.value = String(value);

@@ -144,7 +144,7 @@ impl Writer<'_> {
         }];
         if self.left_out > 0 {
             lines.push(format!(
-                "# {} commands that only read are left out: they make no difference here.",
+                "# Commands that only read make no difference here, and are left out: {}.",
                 self.left_out
             ));
         }
