@@ -110,8 +110,7 @@ async function begin() {
     const connection = new Connection(bench, program.texts, eeprom);
     const image = new FlashImage(bench, connection);
     const curves = new Curves(bench);
-    const sessions = new Sessions(bench, program, connection);
-    sessions.curves = () => curves.texts;
+    const sessions = new Sessions(bench, program, connection, curves);
     bench.panels.push(
         new Direct(bench),
         new Values(at('values'), bench),

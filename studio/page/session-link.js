@@ -10,6 +10,12 @@ const LONGEST = 8_000_000;
 const NAME = '#session=';
 
 /**
+ * Whether a session stands behind an address.
+ * @param {string} hash
+ */
+export const isLink = (hash) => hash.startsWith(NAME);
+
+/**
  * What stands behind the address of the page.
  * @param {string} text of a session
  */
@@ -30,13 +36,10 @@ function decode(letters) {
 }
 
 /**
- * The text of the session that stands behind an address; null if none does.
+ * The text of the session that stands behind an address.
  * @param {string} hash
  */
 export async function unpack(hash) {
-    if (!hash.startsWith(NAME)) {
-        return null;
-    }
     const letters = hash.slice(NAME.length);
     if (!/^[\w-]*$/.test(letters)) {
         throw new Error('this link has letters that no link of a session has: was it copied whole?');

@@ -72,6 +72,9 @@ def test_an_image_runs_with_its_log(studio: Studio, image: Path) -> None:
     expect(studio.page.get_by_role("status", name="Virtual time")).to_have_text(
         re.compile(r" s, (goes|slow: it goes at \d\.\d+ of the clock)")
     )
+    studio.control("speed 1000")
+    expect(studio.page.get_by_role("status", name="Virtual time")).to_contain_text("slow: it goes at ")
+    studio.control("speed 1")
     # A hand at its stage.
     studio.control("press left")
     assert studio.send("GAP 11, 0").startswith("GAP 11, 0: 1 ")

@@ -15,7 +15,7 @@ pub fn place(files: &mut Files, index: &str) -> Result<(), String> {
     for (path, file) in files.iter() {
         // The length tells where a file ends.
         digest.update(path.as_bytes());
-        digest.update(&file.bytes.len().to_le_bytes());
+        digest.update(&(file.bytes.len() as u64).to_le_bytes());
         digest.update(&file.bytes);
     }
     let made = format!("{} {:016x}", env!("CARGO_PKG_VERSION"), digest.finalize());

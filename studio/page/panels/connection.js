@@ -238,7 +238,9 @@ export class Connection {
             at('module').textContent = 'no module';
             this.#say(`the module cannot go on: ${told.halted}`);
         } else if (told.again) {
-            if (!this.plays) {
+            if (this.plays) {
+                this.#say('shown');
+            } else {
                 void this.#identifyAgain();
             }
         } else if (told.dead !== undefined) {

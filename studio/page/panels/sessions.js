@@ -2,7 +2,7 @@
 // itself until somebody runs it.
 
 import { at, button, labelled, make, words, write } from '../dom.js';
-import { MOST, pack, unpack } from '../session-link.js';
+import { isLink, MOST, pack, unpack } from '../session-link.js';
 
 /** @typedef {import('../types.js').Session} Session */
 /** @typedef {import('../types.js').SessionRead} SessionRead */
@@ -28,11 +28,13 @@ export class Sessions {
      * @param {import('../workbench.js').Workbench} bench
      * @param {import('./program.js').Program} program whose texts a session may have
      * @param {import('./connection.js').Connection} connection
+     * @param {import('./curves.js').Curves} curves which a session has as well
      */
-    constructor(bench, program, connection) {
+    constructor(bench, program, connection, curves) {
         this.bench = bench;
         this.program = program;
         this.connection = connection;
+        this.curves = curves;
         /** Counts what was opened: only the last one is shown. */
         this.turn = 0;
         this.title = make('input', { type: 'text', maxlength: '100', size: '24' });
@@ -47,7 +49,7 @@ export class Sessions {
         this.progress = make('p', { role: 'status', 'aria-live': 'off', 'aria-label': 'Progress of the session' });
         this.take = button('Take over', () => void this.connection.takeOver(), { disabled: true });
         /** The one that is shown stands behind the address. */
-        this.isLink = false;
+        this.fromLink = false;
         this.shown = make('div');
         const open = button('Open session', () => void this.#open());
         at('session').append(
@@ -99,13 +101,9 @@ export class Sessions {
         /** @type {import('../types.js').Play} */
         const { start, done, until } = await this.bench.session.ask({ done: true });
         const texts = this.program.texts.list.filter(({ name }) => this.wanted.get(name)?.checked);
-        const curves = this.curves();
+        const curves = this.curves.texts;
         return { session: 1, title: this.title.value.trim(), made: maker(), start, texts, curves, done, until };
     }
-
-    /** The curves that are shown.
-     * @type {() => string[]} */
-    curves = () => [];
 
     async #save() {
         try {
@@ -148,7 +146,7 @@ export class Sessions {
         try {
             const file = await this.bench.openFile('.json,application/json', LONGEST);
             if (file) {
-                this.isLink = false;
+                this.fromLink = false;
                 await this.#read(file.name, () => file.text);
             }
         } catch (error) {
@@ -161,14 +159,14 @@ export class Sessions {
      * @param {string} hash
      */
     openLink(hash) {
-        if (!hash.startsWith('#session=')) {
+        if (!isLink(hash)) {
             // Back to the address without one.
-            if (this.isLink) {
+            if (this.fromLink) {
                 this.#close();
             }
             return Promise.resolve();
         }
-        this.isLink = true;
+        this.fromLink = true;
         return this.#read('the link', () => unpack(hash));
     }
 
@@ -177,8 +175,8 @@ export class Sessions {
         this.turn += 1;
         this.shown.replaceChildren();
         write(this.told, '');
-        if (this.isLink) {
-            this.isLink = false;
+        if (this.fromLink) {
+            this.fromLink = false;
             history.replaceState(null, '', location.pathname + location.search);
         }
     }
@@ -186,16 +184,15 @@ export class Sessions {
     /**
      * Reads a session, and shows it or what is wrong with it.
      * @param {string} name where it comes from
-     * @param {() => string | null | Promise<string | null>} give
+     * @param {() => string | Promise<string>} give
      */
     async #read(name, give) {
         this.turn += 1;
         const { turn } = this;
         try {
-            const text = await give();
-            /** @type {SessionRead | null} */
-            const read = text === null ? null : await this.bench.ask('session_read', { text });
-            if (read && turn === this.turn) {
+            /** @type {SessionRead} */
+            const read = await this.bench.ask('session_read', { text: await give() });
+            if (turn === this.turn) {
                 this.#show(read);
                 write(this.told, `${name}: opened; nothing is done until it is run`);
                 this.bench.reveal('Session');
