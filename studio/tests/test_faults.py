@@ -228,7 +228,7 @@ def test_a_job_that_waits_is_not_done_at_another_module(studio: Studio, ports: P
 )
 def test_what_is_no_number_of_a_link_is_told(studio: Studio, field: str, value: str) -> None:
     studio.page.get_by_label(field, exact=True).fill(value)
-    studio.button("Start").click()
+    studio.button("Connect").click()
     expect(studio.link).to_contain_text(f"{field}: ")
     expect(studio.page.get_by_label(field, exact=True)).to_be_focused()
 
