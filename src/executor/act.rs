@@ -4,10 +4,7 @@
 use super::{Commands, Outcome, Product, Spec};
 use crate::device::Board;
 use crate::param::{ALL_INTERRUPTS, AxisParameter, Interrupt};
-use crate::tmcl::{ALL_AXES, Command, Opcode, Status};
-
-/// The kind of RFS that asks for the status of a reference search, and begins or ends none (manual section 3.7.11).
-const SEARCH_STATUS: u8 = 2;
+use crate::tmcl::{ALL_AXES, Command, Opcode, SEARCH_STATUS, Status};
 
 impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// What a command that only reads would read. Whether a position is reached is told by the last reading, so that no chip is

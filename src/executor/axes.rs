@@ -5,7 +5,7 @@ use super::{Commands, Outcome, Product};
 use crate::device::Board;
 use crate::motion::{self, Axis, Hardware, RampMode, Shape};
 use crate::param::{AxisParameter, Parameter};
-use crate::tmcl::{AxisSet, Status};
+use crate::tmcl::{AxisSet, SEARCH_STATUS, Status};
 
 impl From<motion::Error> for Status {
     fn from(error: motion::Error) -> Self {
@@ -53,7 +53,7 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
                 self.device.command(group, |device| device.tell_each(group, |axis| axis.stop_search(now)))?;
                 Ok(Outcome::Moved { value: echo, ended: group, begun: 0 })
             }
-            2 => Ok(Outcome::Read(self.axis(axis)?.state().search_status())),
+            SEARCH_STATUS => Ok(Outcome::Read(self.axis(axis)?.state().search_status())),
             _ => Err(Status::WrongType),
         }
     }

@@ -60,6 +60,8 @@ pub struct Instruction {
 
 const MVP: &[&str] = &["ABS", "REL", "COORD"];
 const RFS: &[&str] = &["START", "STOP", "STATUS"];
+/// The kind of RFS that asks for the status of a reference search; the other two begin and end one (manual section 3.7.11).
+pub const SEARCH_STATUS: u8 = 2;
 const CALC: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"];
 const CALCX: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD", "SWAP"];
 /// Conditions of JC. The manual has no condition ESD, but a flag of this name.

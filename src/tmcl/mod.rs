@@ -14,5 +14,5 @@ pub mod text;
 
 pub use axis_set::{AxisSet, FIRST_SET};
 pub use command::Command;
-pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, MotorField, Opcode};
+pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, MotorField, Opcode, SEARCH_STATUS};
 pub use reply::{Reply, Status};

@@ -4,8 +4,8 @@ import { words } from './dom.js';
 
 /** Most characters of a session in a link: what mail and forums leave whole. */
 export const MOST = 8000;
-/** Most bytes of a session that is unpacked: what a link says of itself is not believed. */
-const LONGEST = 8_000_000;
+/** Most bytes of a session. What a link says of itself is not believed, and no more than that is unpacked. */
+export const LONGEST = 8_000_000;
 /** What stands before a session. */
 const NAME = '#session=';
 

@@ -8,6 +8,8 @@
 //! * [`types`] - what is asked, and what is told
 //! * [`running`] - what a page does with a virtual module, whatever this runs
 //! * [`virtual_module`] - a virtual module, and the lines of its control port
+//! * [`watching`] - what happens at its moments
+//! * [`writes`] - how often it has stored something
 //! * [`world`] - what there is to be touched and drawn around it
 //! * [`session`] - what was done to a virtual module, to be done again elsewhere
 //! * [`serial`] - telegrams of nine bytes on a stream of bytes
@@ -40,4 +42,6 @@ pub mod stop;
 pub mod tools;
 pub mod types;
 pub mod virtual_module;
+pub mod watching;
 pub mod world;
+pub mod writes;

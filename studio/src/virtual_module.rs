@@ -1,14 +1,11 @@
 //! A virtual module whose time goes by the clock of the page, or as the lines of its control port say. What it runs, the firmware's
 //! core or a flash image, is the choice of who starts it.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::Poll;
 use std::time::Duration;
 
 use hal_sim::board::BoardKind;
-use hal_sim::chip::at25::Backing;
-use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
+use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcl_tools::desk::{
     ControllerId, Inquiries, Outcome as Carried, Timekeeper, Told, Watch, Watcher, answer, carry_out,
@@ -27,7 +24,9 @@ use crate::session::{Around, Journal, Player, What};
 use crate::types::{
     Contents, Finished, Line, LineTold, Module, Nothing, Outcome, Play, Request, SampleRow, Start, Ticket, Turn,
 };
+use crate::watching::Page;
 use crate::world::{self, WorldSeen};
+use crate::writes::Writes;
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
@@ -41,8 +40,8 @@ pub type Make<M> = Box<dyn Fn(Member<'_>, u32) -> Result<M, String>>;
 pub struct Virtual<M> {
     product: Product,
     world: WorldConfig,
-    /// The text of its world.
-    text: Option<String>,
+    /// How it has begun.
+    start: Start,
     make: Make<M>,
     fleet: Fleet<M>,
     kinds: [&'static BoardKind; 1],
@@ -54,62 +53,7 @@ pub struct Virtual<M> {
     last: u32,
     /// How often it has begun anew.
     starts: u32,
-    /// What its EEPROM had when it began; `None` as it leaves the factory.
-    eeprom: Option<Vec<u8>>,
     writes: Writes,
-}
-
-/// Counts how often a page of an EEPROM is written.
-#[derive(Clone, Debug, Default)]
-struct Writes(Arc<AtomicU32>);
-
-impl Writes {
-    fn count(&self) -> u32 {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
-impl Backing for Writes {
-    fn keep(&mut self, _: &[u8]) -> bool {
-        self.0.fetch_add(1, Ordering::Relaxed);
-        true
-    }
-}
-
-/// What the page watches, the lines that are for it, and what is done to the module at its time.
-#[derive(Debug, Default)]
-struct Page {
-    player: Option<Player>,
-    journal: Journal,
-    watch: Option<Watch>,
-    recorder: Option<Recorder>,
-    lines: Vec<LineTold>,
-}
-
-impl Watcher for Page {
-    fn watch_due(&self) -> Option<Nanos> {
-        let (watch, recorder) = (self.watch.as_ref().map(Watch::due), self.recorder.as_ref().map(Recorder::due));
-        let player = self.player.as_ref().and_then(Player::due);
-        [watch, recorder, player].into_iter().flatten().min()
-    }
-
-    fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
-        if let Some(watch) = self.watch.as_mut().filter(|watch| watch.due() <= fleet.now()) {
-            self.lines.push(LineTold { ticket: None, line: watch.take(fleet) });
-        }
-        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.due() <= fleet.now()) {
-            recorder.take(fleet);
-        }
-        // A row has what was there before something is done at its moment.
-        if let Some(player) = &mut self.player {
-            player.act(fleet, &mut self.journal);
-        }
-    }
-
-    /// Lines are taken after each turn.
-    fn is_behind(&mut self) -> bool {
-        false
-    }
 }
 
 /// The module, alone among its like.
@@ -169,7 +113,7 @@ impl<M: VirtualModule> Virtual<M> {
         let mut module = Virtual {
             product,
             world,
-            text: start.world.clone(),
+            start: start.clone(),
             make,
             fleet,
             kinds: [product.kind()],
@@ -179,7 +123,6 @@ impl<M: VirtualModule> Virtual<M> {
             asked: Vec::new(),
             last: 0,
             starts: 0,
-            eeprom,
             writes: Writes::default(),
         };
         module.count_writes();
@@ -241,7 +184,7 @@ impl<M: VirtualModule> Virtual<M> {
             Ok(fleet) => self.fleet = fleet,
             Err(error) => return self.answer(asker, Err(error)),
         }
-        self.eeprom = eeprom;
+        self.start.eeprom = eeprom.as_deref().map(world::contents);
         self.count_writes();
         (self.page.journal, self.page.player) = (Journal::default(), None);
         self.starts = self.starts.wrapping_add(1);
@@ -273,13 +216,8 @@ impl<M: VirtualModule> Running for Virtual<M> {
     }
 
     fn done(&mut self) -> Result<Play, String> {
-        let start = Start {
-            product: product::short(self.product).into(),
-            world: self.text.clone(),
-            eeprom: self.eeprom.as_deref().map(world::contents),
-        };
         let until = self.fleet.now().div_ceil(MICROSECOND);
-        Ok(Play { start, done: self.page.journal.texts()?, until })
+        Ok(Play { start: self.start.clone(), done: self.page.journal.texts()?, until })
     }
 
     fn eeprom(&mut self) -> Contents {

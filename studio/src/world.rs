@@ -167,13 +167,9 @@ pub fn check(WorldText { text, product }: &WorldText) -> Result<Checked, String>
 
 /// What is said of a world, at its place. The message of the TOML parser shows the line once more, which is left out.
 fn mistake(why: &str, text: &str) -> Mistake {
-    let number = |word: &str| {
-        let (_, behind) = why.split_once(word)?;
-        behind.split(|letter: char| !letter.is_ascii_digit()).next()?.parse::<usize>().ok()?.checked_sub(1)
-    };
-    let line = number("line ").unwrap_or(0);
+    let line = line_of(why).unwrap_or(0);
     let length = text.lines().nth(line).map_or(0, |line| line.encode_utf16().count());
-    let start = number("column ").filter(|start| *start < length).unwrap_or(0);
+    let start = number_behind(why, "column ").filter(|start| *start < length).unwrap_or(0);
     let is_shown_again = |line: &&str| line.contains('|') || line.starts_with("TOML parse error");
     let place = format!("line {}: ", line + 1);
     let words = why.trim_end().lines().filter(|line| !is_shown_again(line));
@@ -189,6 +185,17 @@ fn mistake(why: &str, text: &str) -> Mistake {
     }
 }
 
+/// The line that a message about a world speaks of, counted from 0.
+fn line_of(why: &str) -> Option<usize> {
+    number_behind(why, "line ")
+}
+
+/// The number behind a word, which counts from 1, counted from 0.
+fn number_behind(why: &str, word: &str) -> Option<usize> {
+    let (_, behind) = why.split_once(word)?;
+    behind.split(|letter: char| !letter.is_ascii_digit()).next()?.parse::<usize>().ok()?.checked_sub(1)
+}
+
 /// The world that a module is started in.
 ///
 /// # Errors
@@ -197,8 +204,9 @@ pub fn config(Start { product, world, .. }: &Start) -> Result<WorldConfig, Strin
     let kind = product::named(product)?.kind();
     let read = |text: &String| {
         WorldConfig::parse_for(kind, text).map_err(|error| {
-            let Mistake { line, words, .. } = mistake(&error, text);
-            format!("the world: line {}: {words}", line + 1)
+            let Mistake { words, .. } = mistake(&error, text);
+            line_of(&error)
+                .map_or_else(|| format!("the world: {words}"), |line| format!("the world: line {}: {words}", line + 1))
         })
     };
     world.as_ref().map_or_else(|| Ok(WorldConfig::default()), read)

@@ -14,7 +14,7 @@ from bed.namespace import compile_library
 from bed.server import Elsewhere, Site
 from playwright.sync_api import Browser as Driven
 from playwright.sync_api import Playwright, expect, sync_playwright
-from studio import FOLDER
+from studio import FOLDER, Studio
 
 # A busy computer is slow.
 expect.set_options(timeout=1000 * PATIENCE)
@@ -128,6 +128,18 @@ def plain(request: pytest.FixtureRequest) -> Browser:
     """Each of the two browsers without serial ports, one after the other."""
     browser: Browser = request.getfixturevalue(request.param)
     return browser
+
+
+@pytest.fixture
+def studio(plain: Browser, studio_site: Site) -> Studio:
+    """The page, in either browser without serial ports."""
+    return Studio(plain.open(studio_site.url))
+
+
+@pytest.fixture
+def in_chromium(plain_chromium: Browser, studio_site: Site) -> Studio:
+    """The page, where one browser is enough."""
+    return Studio(plain_chromium.open(studio_site.url))
 
 
 @pytest.fixture(params=["chromium", "firefox"])

@@ -29,12 +29,6 @@ def built(name: str) -> Path:
     return path
 
 
-@pytest.fixture
-def studio(plain: Browser, studio_site: Site) -> Studio:
-    """The page, in either browser."""
-    return Studio(plain.open(studio_site.url))
-
-
 def told(studio: Studio) -> Locator:
     """What there is to say about the image."""
     return studio.page.get_by_role("status", name="Flash image")

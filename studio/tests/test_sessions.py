@@ -61,18 +61,6 @@ def run(studio: Studio) -> None:
     expect(progress(studio)).to_have_text('the session has ended: "Take over" goes on from here')
 
 
-@pytest.fixture
-def studio(plain: Browser, studio_site: Site) -> Studio:
-    """The page, in either browser."""
-    return Studio(plain.open(studio_site.url))
-
-
-@pytest.fixture
-def in_chromium(plain_chromium: Browser, studio_site: Site) -> Studio:
-    """The page, where one browser is enough."""
-    return Studio(plain_chromium.open(studio_site.url))
-
-
 @pytest.mark.parametrize("product", PRODUCTS)
 def test_the_same_numbers_everywhere(
     plain_chromium: Browser, plain_firefox: Browser, studio_site: Site, tmp_path: Path, product: str

@@ -13,12 +13,6 @@ from studio import FOLDER, Studio, tmcl
 PRODUCTS = ["1110", "1140", "3110", "3212", "6110"]
 
 
-@pytest.fixture
-def studio(plain: Browser, studio_site: Site) -> Studio:
-    """The page, in either browser."""
-    return Studio(plain.open(studio_site.url))
-
-
 @pytest.mark.parametrize("product", PRODUCTS)
 def test_replies_are_in_the_words_of_the_program(plain_chromium: Browser, studio_site: Site, product: str) -> None:
     studio = Studio(plain_chromium.open(studio_site.url))

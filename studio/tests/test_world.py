@@ -15,18 +15,6 @@ from playwright.sync_api import Locator, Playwright, expect
 from studio import Studio, tmcl
 
 
-@pytest.fixture
-def studio(plain: Browser, studio_site: Site) -> Studio:
-    """The page, in either browser."""
-    return Studio(plain.open(studio_site.url))
-
-
-@pytest.fixture
-def in_chromium(plain_chromium: Browser, studio_site: Site) -> Studio:
-    """The page, where one browser is enough."""
-    return Studio(plain_chromium.open(studio_site.url))
-
-
 def world(studio: Studio) -> Locator:
     """The part of the page with the world."""
     return studio.page.get_by_role("region", name="World of the virtual module")

@@ -3,7 +3,7 @@
 
 use tmcm::module::Spec;
 use tmcm::param::{AxisParameter as P, GlobalParameter as G};
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::tmcl::{Command, Opcode, SEARCH_STATUS};
 
 /// Whether reading a value by this command costs the module nothing, and changes nothing.
 ///
@@ -27,8 +27,7 @@ pub fn check(spec: &Spec, command: Command) -> Result<(), String> {
             _ => Ok(()),
         },
         Some(Opcode::Gio) => Ok(()),
-        // The status of a reference search: the other kinds begin and end one.
-        Some(Opcode::Rfs) if kind == 2 => Ok(()),
+        Some(Opcode::Rfs) if kind == SEARCH_STATUS => Ok(()),
         _ => Err("only GAP, GGP, GIO and 'RFS STATUS' can be used here: others would cost the module time".into()),
     }
 }

@@ -51,7 +51,7 @@ export class Connection {
      * How a virtual module is started, as it is chosen.
      * @returns {import('../types.js').Start}
      */
-    start() {
+    get wanted() {
         const product = /** @type {HTMLSelectElement} */ (at('product')).value;
         const world = /** @type {HTMLSelectElement} */ (at('surroundings')).value;
         return { product, world: world === '' ? null : this.texts.text(world), eeprom: this.eeprom.wanted(product) };
@@ -59,7 +59,7 @@ export class Connection {
 
     /** Starts a virtual module, if it can be so: else what is there stays. */
     async #start() {
-        const virtual = this.start();
+        const virtual = this.wanted;
         this.#say('starting');
         try {
             await this.bench.ask('world_offers', virtual);

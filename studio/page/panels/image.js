@@ -53,9 +53,8 @@ export class FlashImage {
             const doors = await Doors.open(program, NOBODY, false);
             /** @type {import('../types.js').Image} */
             const { product } = doors.give('image_take', file.bytes);
-            const start = this.connection.start();
             const choice = /** @type {HTMLSelectElement} */ (at('product'));
-            if (product !== null && product !== start.product) {
+            if (product !== null && product !== choice.value) {
                 // What is kept for another product is not for this one.
                 choice.value = product;
                 choice.dispatchEvent(new Event('change'));
@@ -63,7 +62,7 @@ export class FlashImage {
             this.log.replaceChildren();
             this.box.hidden = false;
             write(this.told, `${file.name} is started`);
-            await this.connection.open({ virtual: this.connection.start(), image: file.bytes }, undefined, program);
+            await this.connection.open({ virtual: this.connection.wanted, image: file.bytes }, undefined, program);
             if (this.bench.there?.runsImage) {
                 write(this.told, `${file.name} runs on the emulated microcontroller of a TMCM-${choice.value}; its virtual time says how fast`);
             }

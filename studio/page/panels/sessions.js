@@ -2,13 +2,11 @@
 // itself until somebody runs it.
 
 import { at, button, labelled, make, words, write } from '../dom.js';
-import { isLink, MOST, pack, unpack } from '../session-link.js';
+import { isLink, LONGEST, MOST, pack, unpack } from '../session-link.js';
 
 /** @typedef {import('../types.js').Session} Session */
 /** @typedef {import('../types.js').SessionRead} SessionRead */
 
-/** Most bytes of a file. */
-const LONGEST = 8_000_000;
 /** Most lines of what is done that are shown. */
 const MOST_SHOWN = 500;
 

@@ -5,7 +5,7 @@ use std::fmt;
 use hal_sim::board::BoardKind;
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::{Control, Line};
-use tmcm::tmcl::{Command, Opcode, text};
+use tmcm::tmcl::{Command, Opcode, SEARCH_STATUS, text};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;
 use tmcm_sim::fleet::Fleet;
@@ -90,8 +90,7 @@ impl What {
     pub fn only_reads(&self) -> bool {
         let What::Command(Command { opcode, kind, .. }) = self else { return false };
         match Opcode::from_number(*opcode) {
-            // The status of a reference search; the other kinds begin and end one.
-            Some(Opcode::Rfs) => *kind == 2,
+            Some(Opcode::Rfs) => *kind == SEARCH_STATUS,
             Some(opcode) => matches!(
                 opcode,
                 Opcode::Gap

@@ -15,7 +15,7 @@ use tmcm_sim::{NativeModule, Product};
 
 use super::deed::{Deed, What};
 use super::{Checked, Session, SessionMaker, SessionText};
-use crate::scope::in_the_world_named;
+use crate::scope::{Curves, in_the_world_named, offers};
 use crate::virtual_module::{fleet, of_the_core};
 use crate::world;
 
@@ -113,8 +113,14 @@ impl<'a> Rehearsal<'a> {
 
 /// The names of the values of the world that the curves of a session show, as scenarios have them.
 fn names(session: &Session, product: Product) -> Vec<String> {
+    // As the page shows a session that names none.
+    let usual = || {
+        let product = Some(session.start.product.clone());
+        offers(&Curves { address: 1, product, is_virtual: true, texts: Vec::new() }).usual
+    };
+    let curves = if session.curves.is_empty() { usual() } else { session.curves.clone() };
     let mut names: Vec<String> = Vec::new();
-    for name in session.curves.iter().filter_map(|curve| in_the_world_named(curve, product)) {
+    for name in curves.iter().filter_map(|curve| in_the_world_named(curve, product)) {
         if !names.contains(&name) {
             names.push(name);
         }

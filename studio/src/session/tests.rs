@@ -195,6 +195,42 @@ fn a_session_is_a_scenario() {
     }
 }
 
+/// A motor that turns as long as its host says something stands still in a scenario without what the host has read.
+#[test]
+fn readings_that_make_a_difference_stay() {
+    let reading = |at| format!("{at}00000 GAP 5, 0");
+    let begin = ["100000 SGP 68, 0, 500", "200000 ROR 0, 300"].map(String::from).into_iter();
+    let session = Session {
+        session: 1,
+        title: String::new(),
+        made: None,
+        start: Start { product: "1140".into(), world: None, eeprom: None },
+        texts: Vec::new(),
+        curves: Vec::new(),
+        done: begin.chain((4..30).map(reading)).collect(),
+        until: 3_000_000,
+    };
+    let SessionText { text } = write(&session).unwrap();
+    assert!(text.contains("expect velocity = 300\n") && text.contains("GAP 5, 0 -> 100 "), "{text}");
+    tested(&text).unwrap();
+    let without = Session { done: session.done[2..].to_vec(), ..session };
+    let SessionText { text } = write(&without).unwrap();
+    assert!(
+        !text.contains("GAP") && text.contains("and are left out: 26.") && text.contains("expect position = 0"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_session_has_no_more_than_fits() {
+    let mut journal = Journal::default();
+    let what = || What::parse("MST 0", &hal_sim::board::TMCM_1140).unwrap();
+    (0..MOST_DEEDS as u64).for_each(|at| journal.note(at, what()));
+    assert_eq!(journal.texts().unwrap().len(), MOST_DEEDS);
+    journal.note(u64::MAX, what());
+    assert!(journal.texts().unwrap_err().contains("write 'restart'"));
+}
+
 #[test]
 fn a_session_begins_with_what_its_eeprom_had() {
     let start = Start { product: "3110".into(), world: None, eeprom: None };

@@ -205,11 +205,15 @@ impl Timekeeper {
     /// Time stands still from now on, and `after_reply` of it passes after each reply.
     pub fn pause(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) -> Result<(), String> {
         self.refuse_if_busy()?;
+        self.hold(after_reply, fleet);
+        Ok(())
+    }
+
+    fn hold(&mut self, after_reply: Nanos, fleet: &Fleet<impl VirtualModule>) {
         if !self.is_paused() {
             self.counted = fleet.answered();
         }
         self.paused = Some(after_reply);
-        Ok(())
     }
 
     /// Time goes by the clock from now on. What the clock has gone meanwhile is not made up for.
@@ -303,8 +307,7 @@ impl Timekeeper {
         }
         if self.end.is_some_and(|end| end <= fleet.now()) {
             self.end = None;
-            self.counted = fleet.answered();
-            self.paused = Some(0);
+            self.hold(0, fleet);
         }
     }
 
