@@ -393,6 +393,20 @@ mod tests {
         assert_eq!(desk.module.look(&watched).values, [Some(500.0), None, None]);
     }
 
+    /// Sessions have their times in microseconds, whatever the clock of the page has.
+    #[test]
+    fn what_is_done_is_done_at_whole_microseconds() {
+        let mut desk = Desk::of("1140");
+        let nanos = Cell::new(0);
+        desk.module.turn(&|| {
+            nanos.set(nanos.get() + 1_000_333);
+            Duration::from_nanos(nanos.get())
+        });
+        assert_ne!(desk.module.fleet.now() % MICROSECOND, 0, "the clock stands between two of them");
+        desk.module.ask(Request::new(1, Command::new(6, 1, 0, 0)));
+        assert_eq!(desk.module.fleet.now() % MICROSECOND, 0);
+    }
+
     /// 51 200 pps of a TMC5160 at 16 MHz are 51 200 * 2^24 / 16e6 = 53 687 of its units, and 51 200 again to the pps.
     #[test]
     fn speeds_are_in_the_unit_of_the_product() {

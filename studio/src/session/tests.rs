@@ -14,7 +14,7 @@ use crate::scope::Watched;
 use crate::types::{Line, Outcome, Request, SampleRow, Ticket};
 use crate::virtual_module::Virtual;
 
-/// A page with a clock of its own: it goes on by so many microseconds with each look.
+/// A page with a clock of its own: it goes on by so many nanoseconds with each look, which are no whole microseconds.
 struct Desk {
     module: Virtual<NativeModule>,
     clock: Cell<u64>,
@@ -33,7 +33,7 @@ impl Desk {
         let (clock, tick) = (&self.clock, self.tick);
         let mut turn = self.module.turn(&|| {
             clock.set(clock.get() + tick);
-            Duration::from_micros(clock.get())
+            Duration::from_nanos(clock.get())
         });
         self.rows.append(&mut turn.rows);
         turn
@@ -51,7 +51,7 @@ impl Desk {
     }
 
     fn control(&mut self, line: &str) {
-        let at = Duration::from_micros(self.clock.get());
+        let at = Duration::from_nanos(self.clock.get());
         let Ticket { ticket } = self.module.control(&Line { line: line.into() }, at);
         for _ in 0..1_000_000 {
             if let Some(told) = self.turn().lines.into_iter().find(|told| told.ticket == Some(ticket)) {
@@ -71,7 +71,7 @@ impl Desk {
 /// The rows of a session that is done to its end.
 pub(super) fn played(session: &Session) -> Vec<SampleRow> {
     let Session { start, done, until, curves, .. } = session.clone();
-    let mut desk = Desk::new(Virtual::play(&Play { start, done, until }, Duration::ZERO).unwrap(), 1000, &curves);
+    let mut desk = Desk::new(Virtual::play(&Play { start, done, until }, Duration::ZERO).unwrap(), 1_000_003, &curves);
     desk.control("resume");
     while desk.turn().left != Some(0.0) {}
     desk.rows
@@ -91,7 +91,7 @@ fn recorded(product: Product, last: u8) -> (Session, Vec<SampleRow>) {
     let world = Some(String::from("[stage]\nleft = -20000\n"));
     let start = Start { product: short.into(), world, eeprom: None };
     let curves = curves_of(last);
-    let mut desk = Desk::new(Virtual::start(&start, Duration::ZERO).unwrap(), 37, &curves);
+    let mut desk = Desk::new(Virtual::start(&start, Duration::ZERO).unwrap(), 37_123, &curves);
     desk.pass(50);
     let speed = if product == Product::Tmcm3212 { 50_000 } else { 400 };
     desk.send(&format!("ROR 0, {speed}"));
@@ -149,7 +149,7 @@ fn what_was_done_is_done_again_with_the_same_numbers() {
         assert_eq!(read.session, session);
         let Session { start, done, until, curves, .. } = session;
         // Another computer, at another pace; and one whose clock stands still for a while.
-        for tick in [11, 900] {
+        for tick in [11_037, 900_101] {
             let play = Play { start: start.clone(), done: done.clone(), until };
             let mut desk = Desk::new(Virtual::play(&play, Duration::ZERO).unwrap(), tick, &curves);
             desk.pass(5);
@@ -235,7 +235,7 @@ fn a_session_has_no_more_than_fits() {
 fn a_session_begins_with_what_its_eeprom_had() {
     let start = Start { product: "3110".into(), world: None, eeprom: None };
     let curves = vec![String::from("GAP 4, 2")];
-    let mut desk = Desk::new(Virtual::start(&start, Duration::ZERO).unwrap(), 50, &curves);
+    let mut desk = Desk::new(Virtual::start(&start, Duration::ZERO).unwrap(), 50_001, &curves);
     desk.send("SAP 4, 2, 321");
     let before = desk.turn().stored;
     desk.send("STAP 4, 2");
@@ -337,7 +337,7 @@ fn ten_thousand_changed_sessions_end_with_words_or_are_done() {
         done += 1;
         let Session { start, done: deeds, until, curves, .. } = &session;
         let play = Play { start: start.clone(), done: deeds.clone(), until: *until };
-        let mut desk = Desk::new(Virtual::play(&play, Duration::ZERO).unwrap(), 500, curves);
+        let mut desk = Desk::new(Virtual::play(&play, Duration::ZERO).unwrap(), 500_003, curves);
         desk.control("resume");
         // Where it lasts long, as much of it as a page does at once.
         for _ in 0..300 {
