@@ -49,11 +49,23 @@ export const button = (text, press, attributes = {}) => make('button', { type: '
 export const labelled = (text, control) => make('label', {}, `${text} `, control);
 
 /**
+ * Sets an attribute; one that has this value already is left alone, so that the browser has nothing to look at anew.
+ * @param {Element} element
+ * @param {string} name
+ * @param {string} value
+ */
+export function attribute(element, name, value) {
+    if (element.getAttribute(name) !== value) {
+        element.setAttribute(name, value);
+    }
+}
+
+/**
  * Shows that a button is pressed, or that it is not.
  * @param {Element} element
  * @param {boolean} pressed
  */
-export const press = (element, pressed) => element.setAttribute('aria-pressed', String(pressed));
+export const press = (element, pressed) => attribute(element, 'aria-pressed', String(pressed));
 
 /**
  * Shows the end of a list, in the box that has it.

@@ -125,6 +125,8 @@ def test_time_is_hurried_and_begun_anew(studio: Studio) -> None:
 
 def test_time_is_held_and_stepped(studio: Studio) -> None:
     studio.start()
+    # Who reads meanwhile lets time pass.
+    studio.is_read()
     page = studio.page
     page.get_by_role("button", name="Pause time", exact=True).click()
     now = page.get_by_role("status", name="Virtual time")
@@ -407,3 +409,31 @@ def test_what_a_module_stores_is_kept(in_chromium: Studio, tmp_path: Path) -> No
         expect(told).to_contain_text(words)
     again.start("3110")
     assert again.send("GAP 4, 2").startswith("GAP 4, 2: 321 ")
+
+
+MUTATIONS = """async () => {
+    const changed = [];
+    const observer = new MutationObserver((list) => changed.push(...list.map(({ target, type, attributeName }) =>
+        `${target.nodeName} ${target.className ?? ''} ${type} ${attributeName ?? ''}`)));
+    observer.observe(document, { subtree: true, childList: true, attributes: true, characterData: true });
+    for (let frame = 0; frame < 30; frame++) {
+        await new Promise((next) => requestAnimationFrame(next));
+    }
+    await new Promise((next) => setTimeout(next, 300));
+    return [...new Set([...changed, ...observer.takeRecords().map(({ target }) => target.nodeName)])];
+}"""
+
+
+def test_what_stands_still_is_not_painted_anew(in_chromium: Studio) -> None:
+    """A browser lays out and paints what is written, also where it is what stands there."""
+    in_chromium.start()
+    in_chromium.is_read()
+    in_chromium.control("pause")
+    expect(in_chromium.page.get_by_role("status", name="Virtual time")).to_contain_text("paused")
+    expect(in_chromium.answers.last).to_contain_text("pause")
+    assert in_chromium.page.evaluate(MUTATIONS) == []
+    in_chromium.control("press left")
+    in_chromium.control("resume")
+    expect(in_chromium.page.get_by_role("button", name="Pause time")).to_have_attribute("aria-pressed", "false")
+    # Time goes on, and what has come of the switch may be told meanwhile.
+    assert not [place for place in in_chromium.page.evaluate(MUTATIONS) if "attributes" in place]

@@ -1,7 +1,7 @@
 // Inputs and outputs: what is read of them, and switches for what can be switched.
 
-import { make, words, write } from '../dom.js';
-import { Reading, read, setAttribute } from './read.js';
+import { attribute, make, words, write } from '../dom.js';
+import { Reading, read } from './read.js';
 
 /** @typedef {import('../types.js').StatusPort} StatusPort */
 /** @typedef {import('../types.js').StatusReading} StatusReading */
@@ -127,8 +127,8 @@ export class InputsPanel {
         cell.append(button);
         const show = (/** @type {StatusReading} */ told) => {
             reading(told);
-            setAttribute(button, 'aria-checked', String(told.on === true));
-            setAttribute(button, 'aria-disabled', String(told.on === null));
+            attribute(button, 'aria-checked', String(told.on === true));
+            attribute(button, 'aria-disabled', String(told.on === null));
         };
         return { row, show };
     }

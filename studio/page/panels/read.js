@@ -135,15 +135,3 @@ export class Reading {
         this.end = () => {};
     }
 }
-
-/**
- * Sets an attribute only if it is another one.
- * @param {Element} element
- * @param {string} name
- * @param {string} value
- */
-export function setAttribute(element, name, value) {
-    if (element.getAttribute(name) !== value) {
-        element.setAttribute(name, value);
-    }
-}

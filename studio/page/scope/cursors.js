@@ -192,7 +192,9 @@ export class Cursors {
         const { from, to, window, oldest, newest, mode } = this.view;
         this.handles.forEach((handle, index) => {
             const time = this.times[index];
-            handle.hidden = time === undefined;
+            if (handle.hidden !== (time === undefined)) {
+                handle.hidden = time === undefined;
+            }
             if (time === undefined) {
                 return;
             }

@@ -1,5 +1,7 @@
 // A motor and its stage, drawn to scale: the rotor with a hand, and the way with its ends and switches.
 
+import { attribute } from '../dom.js';
+
 /** @typedef {import('../types.js').WorldStage} WorldStage */
 
 const SPACE = 'http://www.w3.org/2000/svg';
@@ -104,9 +106,9 @@ export class Stage {
             this.#drawWay();
         }
         const angle = ((rotor % turn) / turn) * 360;
-        this.hand.setAttribute('transform', `rotate(${angle.toFixed(1)} ${ROTOR.x} ${ROTOR.y})`);
+        attribute(this.hand, 'transform', `rotate(${angle.toFixed(1)} ${ROTOR.x} ${ROTOR.y})`);
         const at = circle === null ? rotor : ((rotor % circle) + circle) % circle;
-        this.carriage.setAttribute('transform', `translate(${this.#x(at).toFixed(1)} 0)`);
+        attribute(this.carriage, 'transform', `translate(${this.#x(at).toFixed(1)} 0)`);
         this.zones?.forEach(({ name, part }) => part.classList.toggle('world-closed', closed.includes(name)));
     }
 }

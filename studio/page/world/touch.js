@@ -1,6 +1,6 @@
 // What can be touched in the world of a virtual module: each control gives a line of the control port.
 
-import { button, make, write } from '../dom.js';
+import { attribute, button, make, write } from '../dom.js';
 
 /** @typedef {import('../types.js').WorldTouchable} WorldTouchable */
 
@@ -34,7 +34,7 @@ export function control({ axis, name, how, shown }, carryOut) {
 function toggle(name, label, { on, off }, carryOut) {
     const press = () => carryOut(made.getAttribute('aria-checked') === 'true' ? off : on);
     const made = button(name, press, { role: 'switch', 'aria-label': label, 'aria-checked': 'false' });
-    return { element: made, show: (/** @type {number | null} */ value) => made.setAttribute('aria-checked', String(value === 1)) };
+    return { element: made, show: (/** @type {number | null} */ value) => attribute(made, 'aria-checked', String(value === 1)) };
 }
 
 /**

@@ -25,6 +25,9 @@ UNTHROTTLED = (
     "--disable-renderer-backgrounding",
 )
 
+# How many frames a second Firefox draws: here processors draw them, which have other things to do.
+FRAMES = 20
+
 LOG_UNCAUGHT = """() => {
     addEventListener("error", event => console.error("uncaught", event.message));
     addEventListener("unhandledrejection", event => console.error("uncaught", String(event.reason)));
@@ -196,7 +199,7 @@ def running_firefox(
         # Firefox as it is, by WebDriver BiDi, and not the one that Playwright has changed.
         channel="moz-firefox",
         executable_path=enclose(own, program, library, ports, {layer: program.parent}),
-        firefox_user_prefs={"stand_in.chooser": chooser, **(preferences or {})},
+        firefox_user_prefs={"stand_in.chooser": chooser, "layout.frame_rate": FRAMES, **(preferences or {})},
         env=_environment(environment),
         # Ctrl-C is for the tests, which end the browser.
         handle_sigint=False,
