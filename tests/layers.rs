@@ -18,6 +18,7 @@
 //!   command line nor an operating system: `layers/world.rs`.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
+//! * Operating systems are told apart in five files ([`SEAMS`]); what is of one of them alone is beside these.
 //! * Only the board uses `unsafe`, and the doors through which a page calls.
 //! * Nothing knows the folder in which it was compiled.
 
@@ -406,6 +407,43 @@ fn the_functions_named_in_the_architecture_are_where_it_says() {
 /// Where the sources of all crates are.
 const FOLDERS: [&str; 12] =
     ["src", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "studio", "tests", "benches", "build.rs"];
+
+/// The files that tell operating systems apart: the user's terminal, what can be waited for, files that are held, pseudo
+/// terminals, and how a browser is opened.
+const SEAMS: [&str; 5] = [
+    "cli/src/terminal/system/mod.rs",
+    "link/src/system/mod.rs",
+    "server/src/held/mod.rs",
+    "server/src/pty/mod.rs",
+    "studio/build/src/opener.rs",
+];
+
+#[test]
+fn operating_systems_are_told_apart_in_few_places() {
+    const SYSTEMS: [&str; 2] = ["unix", "windows"];
+    let asks = |tokens: &[&str]| {
+        tokens.windows(4).any(|some| match some {
+            ["cfg", "(", name, _] | ["cfg", "!", "(", name] => SYSTEMS.contains(name),
+            _ => false,
+        })
+    };
+    let mut seams = Vec::new();
+    for folder in FOLDERS {
+        for path in sources(&root().join(folder)) {
+            let text = fs::read_to_string(&path).unwrap();
+            let name = path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned();
+            let is_test = name.split('/').any(|part| part == "tests");
+            if asks(&tokens(&text)) {
+                seams.push(name.clone());
+            }
+            let is_maker = SEAMS.iter().any(|seam| name.starts_with(seam.trim_end_matches("mod.rs")));
+            let of_a_system = ["std::os::unix", "std::os::fd", "std::os::windows"].iter().any(|os| text.contains(os));
+            assert!(is_test || is_maker || !of_a_system, "{name}");
+        }
+    }
+    seams.sort();
+    assert_eq!(seams, SEAMS);
+}
 
 #[test]
 fn unsafe_is_left_to_the_board_and_the_doors_of_the_page() {

@@ -1,9 +1,9 @@
 //! The failure of a subcommand of `tmcl`, with its exit code.
 
 use std::fmt;
-use std::io::ErrorKind;
 use std::process::ExitCode;
 
+use tmcl_link::system::has_no_reader;
 use tmcl_link::wording::words;
 use tmcl_tools::conversation::Error;
 use tmcl_tools::debug::Trouble;
@@ -130,9 +130,9 @@ impl From<Failure> for std::io::Error {
 /// An error of standard output ends the subcommand, because nobody reads the output any more.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
-        error.downcast().unwrap_or_else(|error| match error.kind() {
-            ErrorKind::BrokenPipe => Failure::Closed,
-            _ => Failure::Failed(format!("cannot write the output: {}", words(error))),
+        error.downcast().unwrap_or_else(|error| match has_no_reader(&error) {
+            true => Failure::Closed,
+            false => Failure::Failed(format!("cannot write the output: {}", words(error))),
         })
     }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use tmcl_link::poll::readable;
 use tmcl_link::signal::Wait;
+use tmcl_link::system::{Input, standard_input};
 use tmcl_link::wording::words;
 use tmcl_server::files::{LARGEST, read};
 use tmcl_tools::sources::Sources;
@@ -37,12 +38,14 @@ pub(crate) fn read_source(path: &Path) -> Result<String, Failure> {
 pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = name(path);
     let bytes = if is_standard(path) {
-        let mut typed = Typed { wait: Wait::begin(), ended_by: None };
-        let bytes = read(&mut typed, LARGEST);
-        if let Some(signal) = typed.ended_by {
-            return Err(Failure::Interrupted { signal, message: String::new() });
-        }
-        bytes
+        standard_input().and_then(|input| {
+            let mut typed = Typed { input, wait: Wait::begin(), ended_by: None };
+            let bytes = read(&mut typed, LARGEST);
+            match typed.ended_by {
+                Some(signal) => Err(io::Error::from(Failure::Interrupted { signal, message: String::new() })),
+                None => bytes,
+            }
+        })
     } else {
         match File::open(path) {
             // Reading a terminal would wait for input without end.
@@ -54,12 +57,15 @@ pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
             Err(error) => Err(error),
         }
     };
-    bytes.map_err(|error| Failure::Failed(format!("cannot read {name}: {}", words(error))))
+    bytes.map_err(|error| {
+        error.downcast().unwrap_or_else(|error| Failure::Failed(format!("cannot read {name}: {}", words(error))))
+    })
 }
 
 /// Standard input, which may be a terminal where nothing comes for ever. It ends at a signal, even where the signal does
 /// not end the program by itself.
 struct Typed {
+    input: Input,
     wait: Wait,
     /// The number of the signal that has ended it.
     ended_by: Option<u8>,
@@ -67,17 +73,15 @@ struct Typed {
 
 impl Read for Typed {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let stdin = io::stdin();
         loop {
             // What has been typed before Ctrl-C is half of something.
-            let ready = readable(&stdin, Instant::now() + GLANCE)?;
+            let ready = readable(&self.input, Instant::now() + GLANCE)?;
             self.ended_by = self.wait.signal();
             if self.ended_by.is_some() {
                 return Ok(0);
             }
             if ready {
-                // Past the buffer of the library, in which bytes could hide from `readable`.
-                return Ok(rustix::io::read(&stdin, buffer)?);
+                return self.input.read(buffer);
             }
         }
     }

@@ -21,6 +21,7 @@
 //! * [`program`] - programs that users name: files, and modules that are to have them
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
+//! * [`help`] - what `--help` says, of which product and on which system
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`tell`] - what is told on standard output and standard error, without what controls a terminal
 //! * [`output`] - files that a command writes, or standard output
@@ -38,6 +39,7 @@ pub mod dump;
 pub mod eds;
 pub mod failure;
 mod files;
+pub mod help;
 pub mod link;
 pub mod load;
 pub mod monitor;

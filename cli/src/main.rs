@@ -3,15 +3,13 @@
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use clap::builder::{Resettable, StyledStr};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tell,
+    asm, calc, completions, debug, disasm, dump, eds, help, load, monitor, params, run, scan, send, shell, sim, tell,
     testing, tune, version, world,
 };
-use tmcl_tools::product;
 
 /// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.
 ///
@@ -71,21 +69,9 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     command.mut_subcommands(with_negative_numbers)
 }
 
-/// The same command, whose help has the products in the places that [`product::told`] knows.
-fn with_products(mut command: clap::Command) -> clap::Command {
-    let told = |text: Option<&StyledStr>| text.map(|text| StyledStr::from(product::told(&text.ansi().to_string())));
-    let (about, long) = (told(command.get_about()), told(command.get_long_about()));
-    command = command.about(Resettable::from(about)).long_about(Resettable::from(long));
-    let command = command.mut_args(|argument| {
-        let (help, long) = (told(argument.get_help()), told(argument.get_long_help()));
-        argument.help(Resettable::from(help)).long_help(Resettable::from(long))
-    });
-    command.mut_subcommands(with_products)
-}
-
 /// The command line of the program.
 fn command() -> clap::Command {
-    with_products(Arguments::command())
+    help::told(Arguments::command())
 }
 
 fn main() -> ExitCode {

@@ -3,6 +3,8 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use crate::terminal::columns_of_messages;
+
 /// Width of the bar in characters; bar and text together must fit a terminal with 80 columns.
 const WIDTH: usize = 24;
 /// A bar of fewer characters tells nothing.
@@ -37,7 +39,7 @@ impl Progress {
         let percent = done.min(self.total) * 100 / self.total;
         if self.terminal && self.shown != Some(percent) {
             self.shown = Some(percent);
-            write(&format!("\r{}", drawn(&self.what, percent, columns())));
+            write(&format!("\r{}", drawn(&self.what, percent, columns_of_messages())));
         }
     }
 
@@ -102,12 +104,6 @@ fn drawn(what: &str, percent: usize, columns: usize) -> String {
     }
     let full = width * percent / 100;
     format!("{what} [{}{}]{end}", "#".repeat(full), ".".repeat(width - full))
-}
-
-/// The width of the terminal on standard error.
-fn columns() -> usize {
-    let size = rustix::termios::tcgetwinsize(std::io::stderr());
-    size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
 }
 
 fn write(text: &str) {

@@ -26,7 +26,10 @@ pub enum Colours {
 impl Colours {
     /// Decides so for the rest of the program.
     pub fn choose(self) {
+        // A console of Windows has to be told that it gets colours; one that cannot show them gets none.
+        let has_none = anstyle_query::windows::enable_ansi_colors() == Some(false);
         let choice = match self {
+            Colours::Auto if has_none => ColorChoice::Never,
             Colours::Auto => ColorChoice::Auto,
             Colours::Always => ColorChoice::AlwaysAnsi,
             Colours::Never => ColorChoice::Never,

@@ -2,12 +2,11 @@
 //! one of those in `Cargo.toml`, such as `1140-canopen`, and without one it is that of the TMCM-1140; arguments are
 //! those of Cargo, and begin with `-`. `list` in the place of `build` and `run` prints each image with its board.
 
-use std::os::unix::process::CommandExt;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     match carry_out() {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(sentence) => {
             eprintln!("{sentence}");
             ExitCode::FAILURE
@@ -15,7 +14,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn carry_out() -> Result<(), String> {
+fn carry_out() -> Result<ExitCode, String> {
     let (mut command, mut image) = ("build".to_owned(), fw::TMCL.to_owned());
     let mut arguments = std::env::args().skip(1).peekable();
     // Command and image may stand in either order: the aliases of Cargo have the command, what follows them is the
@@ -28,11 +27,11 @@ fn carry_out() -> Result<(), String> {
     }
     if command == "list" {
         fw::images()?.iter().for_each(|image| println!("{} {}", image.name, image.board));
-        return Ok(());
+        return Ok(ExitCode::SUCCESS);
     }
     let image = fw::named(&image)?;
     fw::prepare()?;
-    // Cargo takes this process over, and is its end.
-    let error = fw::image_by(&command, &image, &arguments.collect::<Vec<_>>())?.exec();
-    Err(format!("cargo cannot be run: {error}"))
+    let status = fw::image_by(&command, &image, &arguments.collect::<Vec<_>>())?.status();
+    let status = status.map_err(|error| format!("cargo cannot be run: {error}"))?;
+    Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }

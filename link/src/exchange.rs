@@ -1,7 +1,5 @@
-//! A request goes out over a device in non-blocking mode, and its reply comes in, or not in time.
+//! A request goes out over a device, and its reply comes in, or not in time.
 
-use std::io::{ErrorKind, Read, Write};
-use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
 use tmcl_tools::wire::framing::{Framing, Slcan};
@@ -9,8 +7,7 @@ use tmcl_tools::wire::{LinkError, Tap};
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
 
-use super::lost;
-use crate::poll::readable;
+use crate::device::Device;
 use crate::signal::Wait;
 
 /// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks to it
@@ -45,52 +42,54 @@ impl Patience {
         Instant::now() >= self.until
     }
 
-    /// Waits until a descriptor can be read. False if it cannot be read in time.
-    pub(super) fn readable(&mut self, fd: &impl AsFd) -> Result<bool, LinkError> {
-        loop {
+    /// Reads what comes from a device: the number of bytes, or `None` if nothing comes in time. However much comes, a signal is
+    /// noticed, and the time ends.
+    fn read(&mut self, device: &mut Device, bytes: &mut [u8]) -> Result<Option<usize>, LinkError> {
+        while !self.is_over() {
             let now = Instant::now();
             if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
                 self.grace = Some((now + GRACE, signal));
             }
-            if readable(fd, self.until.min(now + LOOK)).map_err(lost)? {
-                return Ok(true);
+            match device.read_by(bytes, self.until.min(now + LOOK))? {
+                Some(0) => return Err(LinkError::Closed),
+                Some(count) => return Ok(Some(count)),
+                None => {}
             }
             match self.grace {
                 Some((end, signal)) if now >= end => return Err(LinkError::Interrupted { signal }),
-                _ if self.is_over() => return Ok(false),
                 _ => {}
             }
         }
+        Ok(None)
     }
 }
 
-/// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
-pub(super) fn drop_stale(device: &mut impl Read, framing: &mut dyn Framing, tap: &mut dyn Tap) {
+/// Throws away what has come to a device: late replies to earlier requests.
+pub(super) fn drop_stale(device: &mut Device, framing: &mut dyn Framing, tap: &mut dyn Tap) {
     let mut stale = [0; CHUNK];
     for _ in 0..STALE_READS {
-        match device.read(&mut stale) {
-            Ok(count) if count > 0 => framing.late(stale.get(..count).unwrap_or_default(), tap),
+        match device.read_by(&mut stale, Instant::now()) {
+            Ok(Some(count)) if count > 0 => framing.late(stale.get(..count).unwrap_or_default(), tap),
             _ => return,
         }
     }
 }
 
-/// Sends a request over a device that is in non-blocking mode, and reads the reply, or gives up after `timeout`.
+/// Sends a request over a device, and reads the reply, or gives up after `timeout`.
 pub(super) fn converse(
-    device: &mut (impl Read + Write + AsFd),
+    device: &mut Device,
     framing: &mut dyn Framing,
     (address, command): (u16, Command),
     timeout: Duration,
     tap: &mut dyn Tap,
 ) -> Result<Telegram, LinkError> {
     let request = framing.ask(address, command, tap)?;
-    // That does not block, because a request fits the buffer of a device.
-    device.write_all(&request).map_err(lost)?;
+    device.send(&request)?;
     let mut patience = Patience::begin(timeout);
     loop {
         let mut bytes = [0; CHUNK];
         let room = framing.room().min(CHUNK);
-        let Some(count) = read(device, bytes.get_mut(..room).unwrap_or_default(), &mut patience)? else {
+        let Some(count) = patience.read(device, bytes.get_mut(..room).unwrap_or_default())? else {
             return Err(framing.give_up());
         };
         if let Some(reply) = framing.take(bytes.get(..count).unwrap_or_default(), tap) {
@@ -99,13 +98,13 @@ pub(super) fn converse(
     }
 }
 
-/// Opens the channel of an adapter on a device that is in non-blocking mode.
-pub(super) fn open_channel(device: &mut (impl Read + Write + AsFd), adapter: &mut Slcan) -> Result<(), LinkError> {
+/// Opens the channel of an adapter on a device.
+pub(super) fn open_channel(device: &mut Device, adapter: &mut Slcan) -> Result<(), LinkError> {
     for line in Slcan::OPEN {
-        device.write_all(line.as_bytes()).map_err(lost)?;
+        device.send(line.as_bytes())?;
         let mut patience = Patience::begin(ANSWER);
         let mut bytes = [0; CHUNK];
-        while let Some(count) = read(device, &mut bytes, &mut patience)? {
+        while let Some(count) = patience.read(device, &mut bytes)? {
             if adapter.answered(bytes.get(..count).unwrap_or_default()) {
                 break;
             }
@@ -114,29 +113,10 @@ pub(super) fn open_channel(device: &mut (impl Read + Write + AsFd), adapter: &mu
     Ok(())
 }
 
-/// Reads what comes next; `None` if nothing comes in time.
-fn read(
-    device: &mut (impl Read + AsFd),
-    bytes: &mut [u8],
-    patience: &mut Patience,
-) -> Result<Option<usize>, LinkError> {
-    // Somebody who never stops talking does not keep this from ending.
-    while !patience.is_over() && patience.readable(device)? {
-        match device.read(bytes) {
-            Ok(0) => return Err(LinkError::Closed),
-            Ok(count) => return Ok(Some(count)),
-            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
-            Err(error) => return Err(lost(error)),
-        }
-    }
-    Ok(None)
-}
-
 #[cfg(test)]
 mod tests {
-    use std::io::{BufRead, BufReader};
-    use std::os::unix::net::UnixStream;
+    use std::io::{BufRead, BufReader, Write};
+    use std::net::{TcpListener, TcpStream};
 
     use tmcl_tools::wire::Nobody;
     use tmcl_tools::wire::framing::Serial;
@@ -158,12 +138,19 @@ mod tests {
         }
     }
 
+    /// Both ends of a connection.
+    fn connected() -> (TcpStream, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let near = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        (near, listener.accept().unwrap().0)
+    }
+
     /// What came too late is thrown away in front of the next request, and those who listen hear it.
     #[test]
     fn a_late_reply_is_heard_and_thrown_away() {
         let (mut tap, mut serial) = (Notes::default(), Serial::default());
-        let (mut host, mut module) = UnixStream::pair().unwrap();
-        host.set_nonblocking(true).unwrap();
+        let (host, mut module) = connected();
+        let mut host = Device::Tcp(host);
         let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
         let command = Command::new(6, 1, 0, 0);
         let request = binary::encode_command(1, command);
@@ -181,8 +168,8 @@ mod tests {
     /// An adapter that answers line by line, with frames before some answers, and then a request.
     #[test]
     fn an_adapter_is_opened_line_by_line() {
-        let (mut host, adapter) = UnixStream::pair().unwrap();
-        host.set_nonblocking(true).unwrap();
+        let (host, adapter) = connected();
+        let mut host = Device::Tcp(host);
         let answers = ["\r", "t0028036406000000AA00\r\x07", "\r", "\r", "z\rt00280364060000007B00\r"];
         let adapter = std::thread::spawn(move || {
             let mut lines = BufReader::new(adapter.try_clone().unwrap()).split(b'\r');

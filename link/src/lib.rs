@@ -1,12 +1,13 @@
 //! The wires of an operating system to modules, for the tools: serial devices, TCP, and serial CAN adapters (SLCAN) over either;
 //! and signals that ask to end.
 
-pub mod claim;
 mod device;
 mod exchange;
+pub mod number;
 pub mod poll;
 mod serial;
 pub mod signal;
+pub mod system;
 mod tcp;
 pub mod wording;
 
@@ -66,7 +67,7 @@ impl Link {
     /// The device cannot be opened, or another program has it.
     pub fn serial(path: &str, baud: u32, timeout: Duration) -> Result<Self, Error> {
         let mut link = Self::new(Device::Serial(serial::open(path, baud)?), "serial", timeout);
-        if serial::is_alone(path) {
+        if system::leads_to_one(path) {
             link.take_any();
         }
         Ok(link)
@@ -78,7 +79,10 @@ impl Link {
     /// # Errors
     /// Nobody takes the connection.
     pub fn tcp(address: &str, timeout: Duration) -> Result<Self, Error> {
-        Ok(Self::new(Device::Tcp(tcp::open(address, timeout)?), "tcp", timeout))
+        let stream = connect(address, timeout, "--tcp")?;
+        // Somebody who reads nothing is no end of a program that asks again and again.
+        stream.set_write_timeout(Some(timeout)).map_err(|error| Error(wording::words(error)))?;
+        Ok(Self::new(Device::Tcp(stream), "tcp", timeout))
     }
 
     /// The CAN bus behind an adapter to which this link leads. A frame is found by its identifier in any case.

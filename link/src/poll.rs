@@ -1,9 +1,9 @@
-//! Waiting for file descriptors.
+//! Waiting for what can be read: file descriptors on Unix, sockets on Windows.
 
-use std::os::fd::AsFd;
 use std::time::Instant;
 
 use rustix::event::{PollFd, PollFlags, Timespec};
+use rustix::fd::AsFd;
 use rustix::io::Errno;
 
 /// What has come of a wait for two descriptors.
@@ -34,10 +34,8 @@ pub fn readable(fd: &impl AsFd, until: Instant) -> std::io::Result<bool> {
 
 fn wait(polled: &mut [PollFd<'_>], until: Option<Instant>) -> std::io::Result<bool> {
     loop {
-        let timeout = until.map(|until| {
-            let left = until.saturating_duration_since(Instant::now());
-            Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() }
-        });
+        // A time that the system cannot count has no end.
+        let timeout = until.and_then(|until| Timespec::try_from(until.saturating_duration_since(Instant::now())).ok());
         match rustix::event::poll(polled, timeout.as_ref()) {
             Ok(count) => return Ok(count > 0),
             Err(Errno::INTR) => {}

@@ -1,25 +1,24 @@
-//! Signals that ask the program to end, as a descriptor that can be polled.
+//! Signals that ask the program to end, as something that can be waited for.
 
 use std::io::Read;
-use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use rustix::fd::{AsFd, BorrowedFd};
 use tmcl_tools::stop::Stop;
 
 use crate::Error;
+use crate::number::INTERRUPT;
 use crate::poll::readable;
+use crate::system::{self, Socket};
 use crate::wording::words;
 
-/// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM, or SIGHUP, which tells
-/// that the terminal is gone.
+/// A bell that rings once one of these signals has come: it can be read then.
 #[derive(Debug)]
 pub struct EndSignal {
     /// Can be read once a signal has come.
-    bell: UnixStream,
+    bell: Socket,
     /// The number of the last signal.
     caught: Arc<AtomicUsize>,
 }
@@ -55,22 +54,16 @@ impl EndSignal {
     }
 
     fn register() -> std::io::Result<Self> {
-        let (bell, rope) = UnixStream::pair()?;
+        let (bell, rope) = system::pair()?;
         bell.set_nonblocking(true)?;
         let caught = Arc::<AtomicUsize>::default();
-        let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
-        for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
-            // The number is noted before the bell rings, because handlers run in the order of their registration.
-            signal_hook::flag::register_usize(signal, Arc::clone(&caught), signal.unsigned_abs() as usize)?;
-            signal_hook::flag::register_usize(signal, Arc::clone(&LAST), signal.unsigned_abs() as usize)?;
-            signal_hook::low_level::pipe::register(signal, rope.try_clone()?)?;
-        }
+        system::watch(&rope, &[Arc::clone(&caught), Arc::clone(&LAST)])?;
         Ok(EndSignal { bell, caught })
     }
 
     /// True if the signal that has come is Ctrl-C, after which an interactive program may go on.
     pub fn is_interrupt(&self) -> bool {
-        self.caught.load(Ordering::SeqCst) == SIGINT as usize
+        self.caught.load(Ordering::SeqCst) == usize::from(INTERRUPT)
     }
 }
 
@@ -84,7 +77,7 @@ impl Stop for EndSignal {
     /// Without a signal the descriptor has failed, and it is as if the user had ended the program.
     fn signal(&self) -> u8 {
         let signal = u8::try_from(self.caught.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0);
-        signal.unwrap_or(SIGINT as u8)
+        signal.unwrap_or(INTERRUPT)
     }
 
     fn within(&self, time: Duration) -> bool {
@@ -97,11 +90,4 @@ impl AsFd for EndSignal {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.bell.as_fd()
     }
-}
-
-/// True if the program was started with this signal ignored: the signal must not end it.
-fn is_ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 != 0)
 }

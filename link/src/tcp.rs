@@ -33,11 +33,3 @@ pub fn connect(address: &str, timeout: Duration, offered_by: &str) -> Result<Tcp
     }
     Err(failed(last))
 }
-
-/// Opens a connection in non-blocking mode.
-pub(super) fn open(address: &str, timeout: Duration) -> Result<TcpStream, Error> {
-    let stream = connect(address, timeout, "--tcp")?;
-    let failed = |error: std::io::Error| Error(format!("cannot connect to {address}: {}", words(error)));
-    stream.set_nonblocking(true).map_err(failed)?;
-    Ok(stream)
-}

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 use std::net::TcpStream;
-use std::os::fd::BorrowedFd;
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
 use rustix::event::PollFlags;
+use rustix::fd::BorrowedFd;
 use tmcl_tools::desk::{ControllerId, Outcome, Told, Watch, Watcher, answer};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;

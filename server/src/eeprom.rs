@@ -1,24 +1,22 @@
 //! The file that keeps an EEPROM's contents.
 //!
-//! The file is locked as long as the simulator runs. For each page that a module writes a new file is made, written to
-//! the disk and locked before it replaces the old one, so that the path always leads to a complete, locked file. Only
+//! The file is [held](crate::held) as long as the simulator runs. For each page that a module writes a new file is made and
+//! written to the disk before it replaces the old one, so that the path always leads to a complete file. Only
 //! then the page counts as written; if any of this fails, the firmware sees a failed page write. A simulator that is killed
 //! meanwhile leaves its new file behind; the next one to hold the old file removes it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use hal_sim::chip::at25::Backing;
-use signal_hook::consts::SIGXFSZ;
+use tmcl_link::system::{identity, identity_at, let_large_writes_fail, real};
 use tmcl_link::wording::words;
 use tmcm_sim::Product;
 
 use crate::failure::Failure;
 use crate::files::{beside, left_beside};
+use crate::held::{Held, hold_new, lock_new};
 
 /// A file with the contents of the EEPROM.
 #[derive(Debug)]
@@ -28,8 +26,8 @@ pub struct EepromFile {
     product: Product,
     /// The contents at the start; `None` if there was no file.
     found: Option<Vec<u8>>,
-    /// The open, locked file; `None` until the first write if there was no file.
-    held: Option<File>,
+    /// The locked file; `None` until the first write if there was no file.
+    held: Option<Held>,
     /// True if the last attempt to write failed.
     failing: bool,
     /// Tells a person something.
@@ -45,7 +43,7 @@ impl EepromFile {
     pub fn open(path: &Path, product: Product, say: fn(&str)) -> Result<Self, Failure> {
         let failed = |why: String| Failure::Failed(format!("--eeprom: {}{why}", path.display()));
         let real = loop {
-            let error = match fs::canonicalize(path) {
+            let error = match real(path) {
                 Ok(real) => break real,
                 Err(error) => error,
             };
@@ -79,18 +77,18 @@ impl EepromFile {
                 return Err(failed(" is read-only; stores would be lost. Make it writable, or give a copy".into()));
             }
             let mut file = OpenOptions::new().read(true).write(true).open(&real).map_err(cannot)?;
-            match file.try_lock() {
-                Ok(()) => {}
+            let held = match Held::lock(&file, &real) {
+                Ok(held) => held,
                 Err(TryLockError::WouldBlock) => {
                     return Err(failed(
                         " is the EEPROM of another simulator that runs; end that one, or give another file".into(),
                     ));
                 }
                 Err(TryLockError::Error(error)) => return Err(failed(format!(" cannot be locked: {}", words(error)))),
-            }
+            };
             // Between opening and locking another simulator may have replaced the file and ended; then the new one is
             // opened.
-            if same(&file, &real).map_err(cannot)? {
+            if identity(&file).and_then(|file| Ok(file == identity_at(&real)?)).map_err(cannot)? {
                 let mut contents = vec![0; size];
                 file.read_exact(&mut contents).map_err(cannot)?;
                 sweep(&real, size);
@@ -98,7 +96,7 @@ impl EepromFile {
                     path: real,
                     product,
                     found: Some(contents),
-                    held: Some(file),
+                    held: Some(held),
                     failing: false,
                     say,
                 });
@@ -109,7 +107,7 @@ impl EepromFile {
     /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with
     /// `.2`, `.3` ... for the others.
     pub fn open_all(path: &Path, products: &[Product], say: fn(&str)) -> Result<Vec<Self>, Failure> {
-        let_large_writes_fail()?;
+        let_large_writes_fail().map_err(unwatched)?;
         let name = |number: usize| {
             let mut name = path.as_os_str().to_owned();
             if number > 1 {
@@ -125,7 +123,7 @@ impl EepromFile {
     /// # Errors
     /// Those of [`EepromFile::open`].
     pub fn open_one(path: &Path, product: Product, say: fn(&str)) -> Result<Self, Failure> {
-        let_large_writes_fail()?;
+        let_large_writes_fail().map_err(unwatched)?;
         Self::open(path, product, say)
     }
 
@@ -151,7 +149,7 @@ impl EepromFile {
     }
 
     fn replace(&mut self, contents: &[u8]) -> io::Result<()> {
-        let exists = match self.held.as_ref().map(|held| same(held, &self.path)) {
+        let exists = match self.held.as_ref().map(|held| held.is_at(&self.path)) {
             Some(Ok(true)) => true,
             Some(Ok(false)) => return Err(io::Error::other("another file has taken its place")),
             // A file that a user has removed is made again.
@@ -159,29 +157,30 @@ impl EepromFile {
             Some(Err(_)) | None => false,
         };
         let (fresh, mut file) = beside(&self.path)?;
-        let written = self
-            .fill(&mut file, contents)
-            .and_then(|()| if exists { fs::rename(&fresh, &self.path) } else { name_anew(&fresh, &self.path) });
+        let EepromFile { path, held, .. } = self;
+        let give = || if exists { fs::rename(&fresh, &*path) } else { name_anew(&fresh, path) };
+        let filled = fill(&mut file, contents, exists.then_some(path.as_path()));
+        let written = filled.and_then(|()| hold_new(held, file, path, give));
         if written.is_err() {
             // The old file is untouched, and the incomplete new one is of no use.
             let _ = fs::remove_file(&fresh);
             return written;
         }
-        self.held = Some(file);
         // The directory is synchronised, too, so that the new file survives a crash of the computer. Some file systems
         // do not support that, so an error is ignored.
         let _ = self.path.parent().map(|folder| File::open(folder)?.sync_all());
         Ok(())
     }
+}
 
-    fn fill(&self, file: &mut File, contents: &[u8]) -> io::Result<()> {
-        if let Some(held) = &self.held {
-            file.set_permissions(held.metadata()?.permissions())?;
-        }
-        file.try_lock()?;
-        file.write_all(contents)?;
-        file.sync_all()
+/// Writes a new file to the disk, with the permissions of the old one.
+fn fill(file: &mut File, contents: &[u8], old: Option<&Path>) -> io::Result<()> {
+    if let Some(old) = old {
+        file.set_permissions(fs::metadata(old)?.permissions())?;
     }
+    lock_new(file)?;
+    file.write_all(contents)?;
+    file.sync_all()
 }
 
 impl Backing for EepromFile {
@@ -199,11 +198,8 @@ impl Backing for EepromFile {
     }
 }
 
-/// Makes a write beyond the limit for file sizes fail, which would end the program by SIGXFSZ otherwise.
-fn let_large_writes_fail() -> Result<(), Failure> {
-    signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
-        .map(|_| ())
-        .map_err(|error| Failure::Failed(format!("cannot watch for signals: {}", words(error))))
+fn unwatched(error: io::Error) -> Failure {
+    Failure::Failed(format!("cannot watch for signals: {}", words(error)))
 }
 
 /// Which products have an EEPROM of so many bytes, in words behind the number.
@@ -240,10 +236,4 @@ fn name_anew(fresh: &Path, path: &Path) -> io::Result<()> {
         }
         Err(error) => Err(error),
     }
-}
-
-/// True if the path leads to this open file.
-fn same(file: &File, path: &Path) -> io::Result<bool> {
-    let (held, there) = (file.metadata()?, fs::symlink_metadata(path)?);
-    Ok((held.dev(), held.ino()) == (there.dev(), there.ino()))
 }

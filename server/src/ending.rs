@@ -1,12 +1,13 @@
 //! The end of the simulator: by a signal, or by the end of standard input.
 
-use std::io::Stdin;
-use std::os::fd::{AsFd, BorrowedFd};
+use std::io::{ErrorKind, Read};
 use std::time::Instant;
 
-use rustix::io::Errno;
+use rustix::fd::{AsFd, BorrowedFd};
 use tmcl_link::EndSignal;
 use tmcl_link::poll::readable;
+use tmcl_link::system::{Input, standard_input};
+use tmcl_link::wording::words;
 use tmcl_tools::stop::Stop;
 
 use crate::failure::Failure;
@@ -15,28 +16,35 @@ use crate::failure::Failure;
 #[derive(Debug)]
 pub(crate) struct Ending {
     signal: EndSignal,
-    stdin: Option<Stdin>,
+    stdin: Option<Input>,
 }
 
 impl Ending {
     /// Watches for signals, and with `stdin` also for the end of standard input.
     pub(crate) fn watch(stdin: bool) -> Result<Self, Failure> {
-        Ok(Ending { signal: EndSignal::watch()?, stdin: stdin.then(std::io::stdin) })
+        let failed = |error| Failure::Failed(format!("cannot read standard input: {}", words(error)));
+        let stdin = stdin.then(standard_input).transpose().map_err(failed)?;
+        Ok(Ending { signal: EndSignal::watch()?, stdin })
     }
 
-    /// The descriptors to poll: one of them can be read when the end may have come.
+    /// What to wait for: one of these can be read when the end may have come.
     pub(crate) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         std::iter::once(self.signal.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
     }
 
     /// True if a signal has come or standard input has ended.
-    pub(crate) fn has_come(&self) -> bool {
-        self.signal.happened() || self.stdin.as_ref().is_some_and(is_at_end)
+    pub(crate) fn has_come(&mut self) -> bool {
+        self.signal.happened() || self.stdin.as_mut().is_some_and(is_at_end)
     }
 }
 
-fn is_at_end(stdin: &Stdin) -> bool {
+fn is_at_end(stdin: &mut Input) -> bool {
+    if !readable(stdin, Instant::now()).unwrap_or(true) {
+        return false;
+    }
     // Bytes on standard input are read and ignored.
-    readable(stdin, Instant::now()).unwrap_or(true)
-        && !matches!(rustix::io::read(stdin, &mut [0; 4096]), Ok(1..) | Err(Errno::INTR | Errno::AGAIN))
+    match stdin.read(&mut [0; 4096]) {
+        Ok(count) => count == 0,
+        Err(error) => !matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock),
+    }
 }

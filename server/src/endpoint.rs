@@ -1,10 +1,10 @@
 //! The simulator's end of a byte link: the bytes of one client, and the silences between telegrams.
 
 use std::io::{Read, Write};
-use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
 use rustix::event::PollFlags;
+use rustix::fd::{AsFd, BorrowedFd};
 use tmcm::tmcl::binary::{Framer, TELEGRAM};
 use tmcm_sim::client::Client;
 
@@ -119,17 +119,18 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::net::UnixStream;
+
+    use tmcl_link::system::{self, Socket};
 
     /// Both ends of a link: the host's and the module's.
-    fn link() -> (UnixStream, Endpoint<UnixStream>) {
-        let (host, module) = UnixStream::pair().unwrap();
+    fn link() -> (Socket, Endpoint<Socket>) {
+        let (host, module) = system::pair().unwrap();
         module.set_nonblocking(true).unwrap();
         (host, Endpoint::new(Stream::new(module, 1), Client(1)))
     }
 
     /// What the endpoint passes on: bytes, or `None` for a silence.
-    fn received(endpoint: &mut Endpoint<UnixStream>) -> Vec<Option<Vec<u8>>> {
+    fn received(endpoint: &mut Endpoint<Socket>) -> Vec<Option<Vec<u8>>> {
         let mut all = Vec::new();
         endpoint.receive(0, |arrival| {
             all.push(if let Arrival::Bytes(bytes) = arrival { Some(bytes.to_vec()) } else { None });

@@ -19,6 +19,7 @@ mod factory;
 pub mod failure;
 pub mod files;
 mod greeting;
+mod held;
 pub mod image;
 mod introduce;
 pub mod links;

@@ -1,13 +1,12 @@
 //! All links of the simulator: the USB link of module 1, the buses and the control port.
 
-use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::time::Instant;
 
 use rustix::event::PollFlags;
+use rustix::fd::{AsFd, BorrowedFd};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::{Client, Sent};
 use tmcm_sim::fleet::{Fleet, Lost};
@@ -16,7 +15,7 @@ use crate::control::Controller;
 use crate::endpoint::{Arrival, Endpoint};
 use crate::failure::Failure;
 use crate::options::Options;
-use crate::pty::{Pty, Vacant};
+use crate::pty::{self, Master, Pty, Vacant};
 use crate::slcan::HostAdapter;
 use crate::tcp::{Guest, Server};
 
@@ -33,10 +32,10 @@ const SERIAL_OPTION: &str = "--serial";
 /// The open links.
 #[derive(Debug)]
 pub struct Links {
-    pub(crate) serial: Option<Pty<Endpoint<File>>>,
+    pub(crate) serial: Option<Pty<Endpoint<Master>>>,
     pub(crate) tcp: Option<Server<Endpoint<TcpStream>>>,
-    pub(crate) rs485: Option<Pty<Endpoint<File>>>,
-    pub(crate) slcan: Option<Pty<HostAdapter<File>>>,
+    pub(crate) rs485: Option<Pty<Endpoint<Master>>>,
+    pub(crate) slcan: Option<Pty<HostAdapter<Master>>>,
     pub(crate) slcan_tcp: Option<Server<HostAdapter<TcpStream>>>,
     /// The control port.
     pub control: Option<Server<Controller>>,
@@ -56,10 +55,10 @@ impl Links {
         } else {
             listen("--slcan-tcp", options.slcan_tcp.as_deref())?
         };
-        let serial = if bare {
+        let serial = if bare && pty::EXIST {
             Some(Pty::open(SERIAL_OPTION, None, |stream| Endpoint::new(stream, SERIAL))?)
         } else {
-            pty(SERIAL_OPTION, options.serial.as_deref(), SERIAL)?
+            at_path(SERIAL_OPTION, options.serial.as_deref(), SERIAL)?
         };
         let serial = serial.map(Pty::of_usb);
         let slcan = options.slcan.as_deref();
@@ -67,7 +66,7 @@ impl Links {
         Ok(Links {
             serial,
             tcp,
-            rs485: pty("--rs485", options.rs485.as_deref(), RS485)?,
+            rs485: at_path("--rs485", options.rs485.as_deref(), RS485)?,
             slcan: slcan.map(adapter).transpose()?,
             slcan_tcp,
             control: listen("--control", options.control.as_deref())?,
@@ -264,7 +263,7 @@ impl Links {
         files.chain(self.sockets().filter_map(Endpoint::silence_ends)).min()
     }
 
-    fn files(&self) -> impl Iterator<Item = &Endpoint<File>> {
+    fn files(&self) -> impl Iterator<Item = &Endpoint<Master>> {
         let slcan = self.slcan.iter().map(|pty| &pty.end.endpoint);
         self.serial.iter().chain(&self.rs485).map(|pty| &pty.end).chain(slcan)
     }
@@ -284,7 +283,7 @@ fn usual<C: Guest>(option: &str, port: u16) -> Result<Server<C>, Failure> {
     Server::bind(&format!("127.0.0.1:{port}")).or_else(|_| Server::listen(option, "127.0.0.1:0"))
 }
 
-fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<Endpoint<File>>>, Failure> {
+fn at_path(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<Endpoint<Master>>>, Failure> {
     link.map(|link| Pty::open(option, Some(link), |stream| Endpoint::new(stream, client))).transpose()
 }
 

@@ -73,19 +73,19 @@ impl<M: VirtualModule> Simulator<'_, M> {
         if self.links.has_lines() {
             wake = Instant::now();
         }
-        let left = wake.saturating_duration_since(Instant::now());
-        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+        let timeout = Timespec::try_from(wake.saturating_duration_since(Instant::now())).ok();
 
         let interests = self.links.interests();
         let mut polled: Vec<PollFd<'_>> =
             self.stop.signs().map(|sign| PollFd::from_borrowed_fd(sign, PollFlags::IN)).collect();
         let signs = polled.len();
         polled.extend(interests.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)));
-        match rustix::event::poll(&mut polled, Some(&timeout)) {
-            Ok(_) => Ok(polled.iter().take(signs).any(|sign| !sign.revents().is_empty()) && self.stop.has_come()),
-            Err(rustix::io::Errno::INTR) => Ok(false),
-            Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {}", words(error)))),
-        }
+        let signed = match rustix::event::poll(&mut polled, timeout.as_ref()) {
+            Ok(_) => polled.iter().take(signs).any(|sign| !sign.revents().is_empty()),
+            Err(rustix::io::Errno::INTR) => false,
+            Err(error) => return Err(Failure::Failed(format!("cannot wait for the links: {}", words(error)))),
+        };
+        Ok(signed && self.stop.has_come())
     }
 
     /// Takes what has arrived on the links, but for what arrives during a step, and the lines at the control port.

@@ -1,9 +1,9 @@
 //! A host's SLCAN adapter on the virtual CAN bus.
 
 use std::io::{Read, Write};
-use std::os::fd::AsFd;
 
 use hal_sim::clock::MILLISECOND;
+use rustix::fd::AsFd;
 use tmcl_tools::slcan::Adapter;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Heard, Node};

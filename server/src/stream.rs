@@ -1,9 +1,9 @@
 //! A byte stream to a client: reading and writing never block.
 
 use std::io::{ErrorKind, Read, Write};
-use std::os::fd::{AsFd, BorrowedFd};
 
 use rustix::event::PollFlags;
+use rustix::fd::{AsFd, BorrowedFd};
 
 use crate::greeting::{Caller, Greeting};
 

@@ -2,9 +2,9 @@
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
+use rustix::fd::{AsFd, BorrowedFd};
 use rustix::net::sockopt;
 use tmcl_link::wording::words;
 
@@ -161,9 +161,11 @@ fn prepare(socket: &TcpStream) -> std::io::Result<()> {
     socket.set_nonblocking(true)?;
     socket.set_nodelay(true)?;
     sockopt::set_socket_keepalive(socket, true)?;
-    sockopt::set_tcp_keepidle(socket, PROBED_AFTER)?;
-    sockopt::set_tcp_keepintvl(socket, PROBED_EVERY)?;
-    Ok(sockopt::set_tcp_keepcnt(socket, PROBES)?)
+    // A system that does not know one of these, such as Windows before 2017, probes at times of its own.
+    let _ = sockopt::set_tcp_keepidle(socket, PROBED_AFTER);
+    let _ = sockopt::set_tcp_keepintvl(socket, PROBED_EVERY);
+    let _ = sockopt::set_tcp_keepcnt(socket, PROBES);
+    Ok(())
 }
 
 #[cfg(test)]

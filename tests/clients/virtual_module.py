@@ -109,10 +109,11 @@ class Simulator:
             time.sleep(0.01)
 
     def end(self):
-        """Ends it as a service manager does, and checks that it goes in peace."""
+        """Ends it as Ctrl-C does, and checks that it goes in peace."""
         self.lines.close()
         self.socket.close()
-        self.process.send_signal(signal.SIGTERM)
+        # Wine ends programs by other signals.
+        self.process.send_signal(signal.SIGINT)
         equal("exit code of tmcl sim", self.process.wait(timeout=PATIENCE), 0)
         self.process.stdout.close()
 

@@ -1,11 +1,11 @@
 //! `tmcl load --watch`: a program that is loaded again whenever one of its files is saved.
 
 use std::io::Write;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use tmcl_link::EndSignal;
+use tmcl_link::system::{Identity, identity_at};
 use tmcl_tools::asm::Settings;
 use tmcl_tools::conversation::Conversation;
 use tmcl_tools::stop::Stop;
@@ -20,13 +20,13 @@ use crate::tell;
 /// long.
 const LOOK: Duration = Duration::from_millis(150);
 
-/// What changes when a file is saved: its time, its length, and its number where an editor puts a new file in its place.
+/// What changes when a file is saved: its time, its length, and which file it is where an editor puts a new file in its place.
 /// `None` for a file that does not exist.
-type Stamp = Option<(SystemTime, u64, u64)>;
+type Stamp = Option<(SystemTime, u64, Identity)>;
 
 fn stamp(path: &Path) -> Stamp {
     let metadata = std::fs::metadata(path).ok()?;
-    Some((metadata.modified().ok()?, metadata.len(), metadata.ino()))
+    Some((metadata.modified().ok()?, metadata.len(), identity_at(path).ok()?))
 }
 
 /// The files on which the program depends, as they were when it was read.

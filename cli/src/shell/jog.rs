@@ -9,7 +9,8 @@ use tmcl_tools::shell::{Jog, JogEnd, State, Step, text};
 use super::keys::{Reader, sum};
 use super::{Shell, redraw};
 use crate::failure::Failure;
-use crate::terminal::raw::{Keys, Raw};
+use crate::terminal::Keys;
+use crate::terminal::system::Raw;
 
 /// How often it is shown where the axis is, while no key comes.
 const LOOK: Duration = Duration::from_millis(100);

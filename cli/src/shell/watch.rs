@@ -9,7 +9,8 @@ use tmcm::tmcl::{Command, Opcode};
 use super::{Shell, redraw};
 use crate::failure::Failure;
 use crate::tell;
-use crate::terminal::raw::{Keys, Raw};
+use crate::terminal::Keys;
+use crate::terminal::system::Raw;
 
 /// Time between two readings.
 const INTERVAL: Duration = Duration::from_millis(200);

@@ -1,21 +1,20 @@
 //! Lines of the user: on a terminal with a prompt, history and completion, elsewhere as they come.
 
 use std::fmt;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
-use std::os::fd::AsFd;
-use std::os::unix::net::UnixStream;
 
-use rustix::termios::{OptionalActions, Termios};
+use rustix::fd::AsFd;
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::history::MemHistory;
 use rustyline::{Config, Context, Helper, Highlighter, Hinter, Validator};
 use tmcl_link::EndSignal;
 use tmcl_link::poll::{Ready, either};
+use tmcl_link::system::{self, Input as StandardInput};
 use tmcl_link::wording::words;
 
 use super::is_interactive;
+use super::system::Settings;
 use crate::failure::{Ended, Failure};
 
 /// The outcome of waiting for a line.
@@ -28,9 +27,6 @@ pub enum Input {
     /// There are no more lines: the input has ended, Ctrl-D was pressed, or the terminal is gone.
     End,
 }
-
-/// Ends the mode in which a terminal marks what is pasted, which the line editor begins, and begins a new line.
-const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
 
 /// What can be typed.
 pub trait Complete {
@@ -67,8 +63,8 @@ impl<C: Complete> fmt::Debug for Editor<C> {
 }
 
 enum From<C: Complete> {
-    Terminal { editor: Box<rustyline::Editor<Assistant<C>, MemHistory>>, settings: Box<Termios> },
-    Pipe(BufReader<File>),
+    Terminal { editor: Box<rustyline::Editor<Assistant<C>, MemHistory>>, settings: Box<Settings> },
+    Pipe(BufReader<StandardInput>),
 }
 
 impl<C: Complete> Editor<C> {
@@ -77,12 +73,11 @@ impl<C: Complete> Editor<C> {
     /// # Errors
     /// Standard input cannot be read.
     pub fn open(completion: C) -> Result<Self, Failure> {
-        let stdin = std::io::stdin();
         if !is_interactive() {
-            let lines = stdin.as_fd().try_clone_to_owned().map_err(unreadable)?;
-            return Ok(Editor { from: From::Pipe(BufReader::new(File::from(lines))) });
+            let lines = system::standard_input().map_err(unreadable)?;
+            return Ok(Editor { from: From::Pipe(BufReader::new(lines)) });
         }
-        let settings = rustix::termios::tcgetattr(&stdin).map_err(std::io::Error::from).map_err(unreadable)?;
+        let settings = Settings::now().map_err(unreadable)?;
         let config = Config::builder().auto_add_history(true).build();
         let history = MemHistory::with_config(&config);
         let mut editor = rustyline::Editor::with_history(config, history).map_err(told)?;
@@ -139,15 +134,12 @@ impl<C: Complete> Editor<C> {
 
 /// Does something that changes the settings of the terminal and waits for the user. If a signal comes meanwhile, the
 /// program ends here, after the terminal has got its settings back.
-fn guarded<T>(signal: &EndSignal, settings: &Termios, work: impl FnOnce() -> T) -> std::io::Result<T> {
-    let (done, waits) = UnixStream::pair()?;
+fn guarded<T>(signal: &EndSignal, settings: &Settings, work: impl FnOnce() -> T) -> std::io::Result<T> {
+    let (done, waits) = system::pair()?;
     Ok(std::thread::scope(|scope| {
         scope.spawn(move || {
             if signalled_first(signal, &waits).unwrap_or_default() {
-                // The terminal may be gone.
-                let _ = rustix::termios::tcsetattr(std::io::stdin(), OptionalActions::Now, settings);
-                // Whoever waits for the line may hold the lock of standard output, so this goes past it.
-                let _ = rustix::io::write(std::io::stdout(), PASTE_OFF);
+                settings.restore();
                 std::process::exit(signal.failure("").code().into());
             }
         });

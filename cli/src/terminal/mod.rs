@@ -2,17 +2,41 @@
 //! settings that it had.
 //!
 //! * [`editor`] - lines with history and completion; plain lines where there is no terminal
-//! * [`raw`] - keys as they are typed
+//! * [`system`] - keys as they are typed, without echo and without waiting for the end of a line
 
 pub mod editor;
-pub mod raw;
+pub mod system;
 
 use std::io::IsTerminal;
 
+use terminal_size::{Height, Width};
+
 /// Width of the terminal on standard output in characters; 80 where there is none.
 pub fn columns() -> usize {
-    let size = rustix::termios::tcgetwinsize(std::io::stdout());
-    size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
+    width(terminal_size::terminal_size_of(std::io::stdout()))
+}
+
+/// The same of the terminal on standard error.
+pub fn columns_of_messages() -> usize {
+    width(terminal_size::terminal_size_of(std::io::stderr()))
+}
+
+fn width(size: Option<(Width, Height)>) -> usize {
+    size.map(|(Width(columns), _)| columns.into()).filter(|columns| *columns > 0).unwrap_or(80)
+}
+
+/// The outcome of waiting for keys.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Keys {
+    /// What was typed since the last time, as terminals send it; a key may be several bytes, and a held key comes again and
+    /// again.
+    Typed(Vec<u8>),
+    /// Nothing was typed in time.
+    Nothing,
+    /// A signal has come; Ctrl-C is one.
+    Signal,
+    /// The terminal is gone.
+    Closed,
 }
 
 /// True if somebody sits at a terminal: standard input and standard output are one.

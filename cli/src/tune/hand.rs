@@ -6,10 +6,18 @@ use tmcl_tools::tune::{Brake, Drive};
 use super::ask::Lines;
 
 /// The user, who holds the shaft.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Hand(Lines);
 
 impl Hand {
+    /// The user at standard input.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(super) fn open() -> Result<Self, Failure> {
+        Ok(Hand(Lines::open()?))
+    }
+
     /// Waits until the user has done what is asked for, while the motor goes to and fro.
     fn ask(&mut self, text: &str, drive: &mut Drive<'_, '_>) -> Result<(), Failure> {
         self.0.say(text);

@@ -171,7 +171,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let brake: Box<dyn Brake> = match (&common.control, is_simulated) {
         (Some(address), _) => Box::new(ControlPort::connect(address, common.axis, common.load)?),
         (None, true) => Box::new(World::new(common.load)),
-        (None, false) => Box::new(Hand::default()),
+        (None, false) => Box::new(Hand::open()?),
     };
     for line in wrapped(&tuning.announcement(), terminal::columns()) {
         // A closed standard error must not keep the motor from being measured.

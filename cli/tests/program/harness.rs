@@ -22,9 +22,15 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// A silence that ends an unfinished telegram, however busy the computer.
 pub(crate) const SILENCE: Duration = Duration::from_millis(300);
 
+/// The variable that names another program to be tested in place of the one that was built together with the tests.
+pub(crate) const PROGRAM: &str = "TMCL_PROGRAM";
+
 /// Where the program is.
 pub(crate) fn tmcl_path() -> &'static str {
-    static PATH: LazyLock<String> = LazyLock::new(|| fw::programs().unwrap().join("tmcl").to_str().unwrap().into());
+    static PATH: LazyLock<String> = LazyLock::new(|| {
+        let built = || fw::programs().unwrap().join("tmcl").to_str().unwrap().into();
+        std::env::var(PROGRAM).unwrap_or_else(|_| built())
+    });
     &PATH
 }
 

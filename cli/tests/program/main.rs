@@ -62,4 +62,5 @@ mod tune_progress;
 mod tune_shown;
 mod tune_steps;
 mod turns;
+mod windows;
 mod world;

@@ -1,6 +1,6 @@
-//! Keys as they are typed, without echo and without waiting for the end of a line.
+//! Terminals of Unix.
 
-use std::io::{Stdin, Write};
+use std::io::{self, Stdin, Write};
 use std::time::{Duration, Instant};
 
 use rustix::io::Errno;
@@ -9,18 +9,30 @@ use tmcl_link::EndSignal;
 use tmcl_link::poll::{Ready, either};
 
 use crate::failure::Failure;
+use crate::terminal::Keys;
 
-/// The outcome of waiting for keys.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Keys {
-    /// What was typed since the last time; a key may be several bytes, and a held key comes again and again.
-    Typed(Vec<u8>),
-    /// Nothing was typed in time.
-    Nothing,
-    /// A signal has come; Ctrl-C is one.
-    Signal,
-    /// The terminal is gone.
-    Closed,
+/// Ends the mode in which a terminal marks what is pasted, which the line editor begins, and begins a new line.
+const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
+
+/// The settings of the terminal on standard input.
+#[derive(Clone, Debug)]
+pub struct Settings(Termios);
+
+impl Settings {
+    /// The settings that it has now.
+    ///
+    /// # Errors
+    /// Standard input is no terminal.
+    pub fn now() -> io::Result<Self> {
+        Ok(Settings(rustix::termios::tcgetattr(io::stdin())?))
+    }
+
+    /// Gives the terminal these settings back, and has it end what a line editor may have begun. It may be gone.
+    pub fn restore(&self) {
+        let _ = rustix::termios::tcsetattr(io::stdin(), OptionalActions::Now, &self.0);
+        // Whoever waits for the line may hold the lock of standard output, so this goes past it.
+        let _ = rustix::io::write(io::stdout(), PASTE_OFF);
+    }
 }
 
 /// A terminal that gives each key at once. It gets its settings back when this is dropped.

@@ -1,4 +1,4 @@
-//! A serial port for host software: a pseudo terminal, and a symbolic link to the terminal's device.
+//! Pseudo terminals of Unix.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -8,11 +8,17 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::OptionalActions;
-use tmcl_link::claim;
+use tmcl_link::system::claim;
 use tmcl_link::wording::words;
 
 use crate::failure::Failure;
 use crate::stream::Stream;
+
+/// Whether there are pseudo terminals.
+pub const EXIST: bool = true;
+
+/// The simulator's end of a pseudo terminal.
+pub type Master = File;
 
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]
@@ -32,7 +38,7 @@ pub struct Pty<E> {
 impl<E> Pty<E> {
     /// Makes a pseudo terminal and, if `link` is given, a symbolic link to its device at that path. `option` is the
     /// option named in error messages.
-    pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
+    pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<Master>) -> E) -> Result<Self, Failure> {
         let claim = link.map(|link| reserve(option, link)).transpose()?;
         Vacant { link: link.map(Path::to_path_buf), claim, failing: false }.occupy(option, end)
     }
@@ -91,7 +97,7 @@ impl Vacant {
     pub fn try_to_occupy<E>(
         &mut self,
         option: &str,
-        end: impl FnOnce(Stream<File>) -> E,
+        end: impl FnOnce(Stream<Master>) -> E,
     ) -> Option<Result<Pty<E>, Failure>> {
         let occupied = self.occupy(option, end);
         let known = std::mem::replace(&mut self.failing, occupied.is_err());
@@ -103,7 +109,7 @@ impl Vacant {
     ///
     /// # Errors
     /// There is something else at the path of the link, or there are no terminals any more.
-    pub fn occupy<E>(&mut self, option: &str, end: impl FnOnce(Stream<File>) -> E) -> Result<Pty<E>, Failure> {
+    pub fn occupy<E>(&mut self, option: &str, end: impl FnOnce(Stream<Master>) -> E) -> Result<Pty<E>, Failure> {
         let (master, slave, device) =
             terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {}", words(error))))?;
         if let Some(link) = &self.link {
@@ -165,7 +171,7 @@ fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<(), Failure>
 /// True if there is a link to a terminal at a path, false if there is nothing; any other file is an error.
 fn is_leftover(option: &str, link: &Path) -> Result<bool, Failure> {
     let Ok(found) = fs::symlink_metadata(link) else { return Ok(false) };
-    if found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts")) {
+    if found.is_symlink() && fs::read_link(link).is_ok_and(|target| claim::is_pseudo_terminal(&target)) {
         return Ok(true);
     }
     Err(Failure::Failed(format!(

@@ -22,6 +22,11 @@ pub fn usb(device: &Path) -> io::Result<OwnedFd> {
     take(&end_of_cable(device)?)
 }
 
+/// True for the path of a pseudo terminal's device.
+pub fn is_pseudo_terminal(device: &Path) -> bool {
+    device.starts_with("/dev/pts") || device.to_str().is_some_and(|device| device.starts_with("/dev/ttys"))
+}
+
 /// True if a simulator that runs has claimed this terminal as the end of a USB cable.
 pub fn is_usb(device: &Path) -> bool {
     end_of_cable(device).is_ok_and(|name| is_taken(&name))

@@ -1,0 +1,11 @@
+//! What terminals have each in their own way: their settings, and single keys.
+
+#[cfg(unix)]
+mod unix;
+#[cfg(windows)]
+mod windows;
+
+#[cfg(unix)]
+pub use unix::*;
+#[cfg(windows)]
+pub use windows::*;
