@@ -1,9 +1,9 @@
 //! The file that keeps an EEPROM's contents.
 //!
-//! The file is held, as `held/` does it on each system, as long as the simulator runs. For each page that a module writes a new file is made and
-//! written to the disk before it replaces the old one, so that the path always leads to a complete file. Only
-//! then the page counts as written; if any of this fails, the firmware sees a failed page write. A simulator that is killed
-//! meanwhile leaves its new file behind; the next one to hold the old file removes it.
+//! The file is held, as `held/` does it on each system, as long as the simulator runs. For each page that a module writes a
+//! new file is made and written to the disk before it replaces the old one, so that the path always leads to a complete file.
+//! Only then the page counts as written; if any of this fails, the firmware sees a failed page write. A simulator that is
+//! killed meanwhile leaves its new file behind; the next one to hold the old file removes it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};

@@ -45,6 +45,8 @@ class Bench:
         """Waits until the text has been checked as it is now, and that is shown."""
         self.until("asked.at(-1) === (editor.text.length < 1000 ? editor.text : editor.text.length)")
         self.until("!editor.checks.isAsked")
+        # What is to be drawn in the next frame is drawn before the one after that.
+        self.page.evaluate("new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next)))")
 
     def until(self, condition: str) -> None:
         """Waits until that is so."""
