@@ -5,8 +5,10 @@
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+use rustix::process::Signal;
 
 use crate::harness::{PROGRAM, Sim, tmcl_path};
 
@@ -198,6 +200,26 @@ fn on_windows() {
     let asked = Command::new(&program).args(["send", &link, "SGP 68, 0, 7", "GGP 68, 0"]).output().unwrap();
     assert!(String::from_utf8_lossy(&asked.stdout).contains("GGP 68, 0: 7 "), "{asked:?}");
     assert_eq!(elsewhere.tcp().ok("GGP 68, 0"), 7);
+    an_eeprom_has_one_simulator_at_a_time(&program);
     let mut command = Command::new(std::env::current_exe().unwrap());
     carry_out(command.env(PROGRAM, program).args(["--exact", "--quiet"]).args(run()), "");
+}
+
+/// The lock is a file beside the EEPROM's, which goes with the simulator, however that ends.
+fn an_eeprom_has_one_simulator_at_a_time(program: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("module.bin");
+    let start = || {
+        let mut command = Command::new(program);
+        command.args(["sim", "--tcp", "127.0.0.1:0", "--eeprom"]).arg(&file).stdout(Stdio::piped());
+        command
+    };
+    let first = Sim::start_as(folder, &mut start());
+    first.tcp().ok("SGP 68, 0, 7");
+    let second = start().output().unwrap();
+    assert_eq!(second.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&second.stderr).contains("of another simulator that runs"), "{second:?}");
+    let (_, folder) = first.end(Signal::KILL);
+    let third = Sim::start_as(folder, &mut start());
+    assert_eq!(third.tcp().ok("GGP 68, 0"), 7);
 }

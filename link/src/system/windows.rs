@@ -72,12 +72,13 @@ pub(crate) fn watch(rope: &Socket, numbers: &[Arc<AtomicUsize>]) -> io::Result<(
         runtime.block_on(async {
             loop {
                 let signal = poll_fn(|context| {
+                    // Of several that have come at once the first here counts: after Ctrl-C alone a program may go on.
                     let events = [
-                        (interrupt.poll_recv(context), INTERRUPT),
-                        (stop.poll_recv(context), TERMINATE),
-                        (close.poll_recv(context), HANGUP),
-                        (logoff.poll_recv(context), HANGUP),
                         (shutdown.poll_recv(context), TERMINATE),
+                        (logoff.poll_recv(context), HANGUP),
+                        (close.poll_recv(context), HANGUP),
+                        (stop.poll_recv(context), TERMINATE),
+                        (interrupt.poll_recv(context), INTERRUPT),
                     ];
                     let come = events.into_iter().find(|(event, _)| event.is_ready());
                     come.map_or(Poll::Pending, |(_, signal)| Poll::Ready(signal))
