@@ -150,10 +150,11 @@ export class Session {
      * Opens a link, in the place of the one before.
      * @param {object} wanted a virtual module or a serial port
      * @param {number} address
+     * @param {() => void} begun is called when nothing more is heard of the link before, and nothing yet of this one
      * @param {WebAssembly.Module} module the program that has the link
      */
-    open(wanted, address, module = this.module) {
-        return this.#inTurn(() => this.#open(wanted, address, module));
+    open(wanted, address, begun = () => undefined, module = this.module) {
+        return this.#inTurn(() => this.#open(wanted, address, begun, module));
     }
 
     /** Stops what this page has set in motion, and closes the link. */
@@ -164,9 +165,10 @@ export class Session {
     /**
      * @param {object} wanted
      * @param {number} address
+     * @param {() => void} begun
      * @param {WebAssembly.Module} module
      */
-    async #open(wanted, address, module) {
+    async #open(wanted, address, begun, module) {
         this.#endJobs();
         this.watchers.clear();
         await this.#leave();
@@ -184,6 +186,7 @@ export class Session {
         }
         this.#join();
         this.moved = false;
+        begun();
         await this.link.ask({ asked: { open: wanted, module, address } }).answer;
     }
 

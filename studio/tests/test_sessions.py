@@ -209,6 +209,18 @@ def test_what_is_done_is_copied_as_a_link(plain_chromium: Browser, studio_site: 
     expect(told(studio)).to_contain_text("and 8000 are the most: save it as a file")
 
 
+def test_what_was_done_to_the_session_before_takes_over_no_other(in_chromium: Studio) -> None:
+    studio = in_chromium
+    studio.page.evaluate("link => { location.hash = link; }", link(changed(until=600_000_000)))
+    studio.button("Run session").click()
+    expect(progress(studio)).to_contain_text("s of the session are left")
+    switch, again = studio.page.get_by_role("switch", name="left switch"), studio.button("Run session")
+    switch.evaluate("(switch_, again) => { switch_.click(); again.click(); }", again.element_handle())
+    expect(studio.link).to_have_text("shown")
+    expect(studio.button("Take over")).to_be_enabled()
+    expect(progress(studio)).to_contain_text("s of the session are left")
+
+
 def test_who_does_something_takes_over(studio: Studio, studio_site: Site) -> None:
     long = copy.deepcopy(SMALL) | {"until": 600_000_000, "done": ["50000 ROR 0, 300", "500000000 MST 0"]}
     page = studio.page

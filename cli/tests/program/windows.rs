@@ -173,11 +173,12 @@ fn built() -> PathBuf {
     carry_out(Command::new("wine").arg("--version").stdout(Stdio::null()), WINE);
     fw::library(TARGET, "the program for Windows").unwrap();
     // In a folder of its own, so that no other Cargo waits for it.
-    let target = PathBuf::from(tmcl_path()).ancestors().nth(2).unwrap().join("windows");
+    let target = PathBuf::from(tmcl_path()).ancestors().nth(2).unwrap().join("foreign");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "-p", "tmcl-cli", "--target", TARGET, "--target-dir"]).arg(&target);
+    cargo.args(["build", "--quiet", "--profile", "foreign", "-p", "tmcl-cli", "--target", TARGET, "--target-dir"]);
+    cargo.arg(&target);
     carry_out(cargo.current_dir(fw::workspace().unwrap()), "");
-    let folder = target.join(TARGET).join("debug");
+    let folder = target.join(TARGET).join("foreign");
     let (source, script) = (folder.join("random.c"), folder.join("tmcl"));
     fs::write(&source, RANDOM).unwrap();
     let library = folder.join("bcryptprimitives.dll");

@@ -129,10 +129,13 @@ export class Connection {
             runsImage: wanted.image !== undefined,
             curves: session?.curves,
         };
-        this.plays = session !== undefined;
+        // Not before: it is not the new session to which something else was done at the link before.
+        const begun = () => {
+            this.plays = session !== undefined && attempt === this.attempts;
+        };
         const address = Number(/** @type {HTMLInputElement} */ (at('address')).value);
         try {
-            await this.session.open(wanted, this.isVirtual ? 1 : address, program);
+            await this.session.open(wanted, this.isVirtual ? 1 : address, begun, program);
             /** @type {HTMLButtonElement} */ (at('leave')).disabled = false;
             if (session) {
                 await this.#show(session, attempt);

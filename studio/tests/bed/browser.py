@@ -25,8 +25,40 @@ UNTHROTTLED = (
     "--disable-renderer-backgrounding",
 )
 
-# How many frames a second Firefox draws: here processors draw them, which have other things to do.
+# What Chromium does without. Two renderers for each window, of what the address bar shows below it, and one more for a page
+# that might be opened, take half of its time in tests; the others are those that Playwright switches off as well, because
+# of two lists Chromium takes the last one.
+UNUSED = (
+    "WebUIOmniboxPopup",
+    "WebUIOmniboxAimPopup",
+    "SpareRendererForSitePerProcess",
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "DialMediaRouteProvider",
+    "GlobalMediaControls",
+    "HttpsUpgrades",
+    "MediaRouter",
+    "OptimizationHints",
+    "PaintHolding",
+    "ThirdPartyStoragePartitioning",
+    "Translate",
+)
+
+# How many frames a second a page draws: here processors draw them, which have other things to do. Firefox has a
+# preference for that; in Chromium each call waits for a part of the time, so that a hidden page still draws none.
 FRAMES = 20
+FEWER_FRAMES = f"""(() => {{
+    const frame = requestAnimationFrame;
+    const wanted = new Set();
+    let calls = 0;
+    globalThis.requestAnimationFrame = (draw) => {{
+        const call = (calls += 1);
+        wanted.add(call);
+        setTimeout(() => frame((now) => wanted.delete(call) && draw(now)), {1000 // FRAMES - 1000 // 60});
+        return call;
+    }};
+    globalThis.cancelAnimationFrame = (call) => wanted.delete(call);
+}})()"""
 
 LOG_UNCAUGHT = """() => {
     addEventListener("error", event => console.error("uncaught", event.message));
@@ -70,6 +102,8 @@ class Browser:
         """A further fresh profile, with options of Playwright."""
         context = self.driven.new_context(**options)
         context.set_default_timeout(1000 * PATIENCE)
+        if self.name == "chromium":
+            context.add_init_script(FEWER_FRAMES)
         context.on("console", self._hear_console)
         context.on("weberror", self._hear_error)
         context.on("page", self._watch_page)
@@ -156,7 +190,8 @@ def running_chromium(
     script = enclose(own, installed("chromium"), library, ports, {own / "etc": Path("/etc/chromium")})
     driven = playwright.chromium.launch(
         executable_path=script,
-        args=list(arguments),
+        # Without a graphics card, drawing as if there were one takes longer.
+        args=[f"--disable-features={','.join(UNUSED)}", "--disable-gpu", *arguments],
         ignore_default_args=list(UNTHROTTLED) if throttled else None,
         env=_environment(environment),
         # Ctrl-C is for the tests, which end the browser.
