@@ -231,21 +231,21 @@ SAYS = {
 
 
 @pytest.mark.parametrize("script", SAYS)
-def test_what_is_said_fails_a_test(browser: Browser, site: Site, script: str) -> None:
+def test_what_is_said_fails_a_test(plain: Browser, site: Site, script: str) -> None:
     site.write(
         index__html=HEAD,
         says__js="console.warn('worker');",
         throws__js="throw new Error('thrown in worker');",
         rejects__js="Promise.reject(new Error('rejected in worker'));",
     )
-    page = browser.open(site.url)
-    browser.check()
+    page = plain.open(site.url)
+    plain.check()
     page.evaluate(f"() => {{ {script}; }}")
-    wait_until(SAYS[script], browser.unexpected)
+    wait_until(SAYS[script], plain.unexpected)
     with pytest.raises(AssertionError, match=SAYS[script]):
-        browser.check()
-    browser.allow(SAYS[script])
-    browser.check()
+        plain.check()
+    plain.allow(SAYS[script])
+    plain.check()
 
 
 def test_service_worker_is_heard(chromium: Browser, site: Site) -> None:

@@ -25,9 +25,9 @@ UNTHROTTLED = (
     "--disable-renderer-backgrounding",
 )
 
-# What Chromium does without. Two renderers for each window, of what the address bar shows below it, and one more for a page
-# that might be opened, take half of its time in tests; the others are those that Playwright switches off as well, because
-# of two lists Chromium takes the last one.
+# What Chromium does without. Two renderers for each window, of what the address bar shows below it, and one more for
+# a page that might be opened, take half of its time in tests; the others are those that Playwright switches off as
+# well, because of two lists Chromium takes the last one.
 UNUSED = (
     "WebUIOmniboxPopup",
     "WebUIOmniboxAimPopup",
