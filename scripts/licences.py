@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Writes down the licences of what is in the program tmcl: our own, and those of all crates and of Rust's libraries.
+"""Writes down the licences of what is in programs: our own, and those of all crates and of Rust's libraries.
 
-    scripts/licences.py TARGET FOLDER
+    scripts/licences.py FOLDER PACKAGE@TARGET[+FEATURE]...
 
-TARGET is the Rust target that the program is built for, FOLDER where the files go; their names begin with LICENSE-, as
-python/pyproject.toml has them. A crate whose licence is not one of ALLOWED, or whose terms are nowhere, is an error.
+FOLDER is where the files go; their names begin with LICENSE-, as python/pyproject.toml has them. A program is a package
+of this workspace and the Rust target that it is built for, such as tmcl-cli@x86_64-pc-windows-gnu. A crate whose
+licence is not one of ALLOWED, or whose terms are nowhere, is an error.
 """
 
 import json
@@ -86,17 +87,21 @@ def cargo(*arguments: str) -> str:
     return subprocess.run(["cargo", *arguments], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
-def crates(target: str) -> list[Package]:
-    """The crates of others that `tmcl` is made of, without those that only build or test it, by name and version.
+def crates(programs: list[str]) -> list[Package]:
+    """The crates of others that programs are made of, without those that only build or test them, by name and version.
 
-    `cargo tree` knows which those are with the features that this program has, `cargo metadata` what stands in their
+    `cargo tree` knows which those are with the features that a program has, `cargo metadata` what stands in their
     manifests.
     """
-    tree = cargo(
-        "tree", "--locked", "--package=tmcl-cli", "--edges=normal", f"--target={target}", "--prefix=none",
-        "--no-dedupe", "--format={p}",
-    )  # fmt: skip
-    used = {tuple(line.split()[:2]) for line in tree.splitlines()}
+    used = set()
+    for program in programs:
+        package, _, target = program.partition("@")
+        target, _, features = target.partition("+")
+        tree = cargo(
+            "tree", "--locked", f"--package={package}", "--edges=normal", f"--target={target}", "--prefix=none",
+            "--no-dedupe", "--format={p}", f"--features={features}",
+        )  # fmt: skip
+        used |= {tuple(line.split()[:2]) for line in tree.splitlines()}
     packages = json.loads(cargo("metadata", "--locked", "--format-version=1"))["packages"]
     others = [package for package in packages if package["source"] is not None]
     found = [package for package in others if (package["name"], f"v{package['version']}") in used]
@@ -116,6 +121,9 @@ def terms(package: Package) -> list[str]:
     files = [file for path in named for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
     if files:
         return [file.read_text() for file in files]
+    if package["license"] == "BSL-1.0":
+        # It leaves out of its condition what a compiler has made.
+        return ["Boost Software License 1.0, https://www.boost.org/LICENSE_1_0.txt, which need not come with programs"]
     if not re.search(r"\bMIT\b", package["license"]):
         sys.exit(f"scripts/licences.py: {package['name']} comes without the text of its licence, {package['license']}")
     return [mit(f"Copyright (c) {', '.join(package['authors']) or 'the authors of ' + package['name']}")]
@@ -145,7 +153,7 @@ def of_crates(packages: list[Package]) -> str:
         )
     rule = "-" * 80
     return (
-        "The program tmcl has these crates in it. Behind each stands its licence, the numbers of its texts, which\n"
+        "The programs here have these crates in them. Behind each stands its licence, the numbers of its texts, which\n"
         "follow below, and where its source is.\n\n"
         + "".join(table)
         + "".join(f"\n{rule}\nText {number}\n{rule}\n\n{text}\n" for number, text in enumerate(texts, 1))
@@ -154,19 +162,19 @@ def of_crates(packages: list[Package]) -> str:
 
 def main() -> None:
     """Writes the files."""
-    if len(sys.argv) != 3:
-        sys.exit("usage: scripts/licences.py TARGET FOLDER")
-    target, folder = sys.argv[1], Path(sys.argv[2])
+    if len(sys.argv) < 3:
+        sys.exit("usage: scripts/licences.py FOLDER PACKAGE@TARGET[+FEATURE]...")
+    folder, programs = Path(sys.argv[1]), sys.argv[2:]
     for name in ("LICENSE-MIT", "LICENSE-APACHE"):
         shutil.copy(ROOT / name, folder / name)
-    (folder / "LICENSE-crates.txt").write_text(of_crates(crates(target)))
+    (folder / "LICENSE-crates.txt").write_text(of_crates(crates(programs)))
     # The compiler comes with the terms of the standard library and of what that is made of. The unwinder beside it is
     # under the LLVM exception, which asks for nothing here.
     sysroot = subprocess.run(
         ["rustc", "--print=sysroot"], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True
     ).stdout
     shutil.copy(Path(sysroot.strip()) / "share/doc/rust/COPYRIGHT-library.html", folder / "LICENSE-rust.html")
-    if target.endswith("-musl"):
+    if any("-musl" in program for program in programs):
         (folder / "LICENSE-musl.txt").write_text(mit("Copyright (c) 2005-2020 Rich Felker, et al."))
 
 

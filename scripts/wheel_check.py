@@ -16,6 +16,8 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+import foreign
+
 LARGEST = 8 << 20
 """Bytes that a wheel may have."""
 
@@ -25,12 +27,23 @@ README = ROOT / "python/README.md"
 HOMES = {"/home/", "/root/", "/Users/", "/.cargo/", "/.rustup/"}
 """What paths of a build have in them on most computers."""
 
-LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-musl.txt", "LICENSE-rust.html"}
+LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-rust.html"}
+"""What every wheel has; one for Linux also has that of musl."""
+
+
+FILES = ("tmcl_sim/__init__.py", "tmcl_sim/py.typed", "tmcl_sim/page/index.html", "tmcl_sim/page/tmcl_studio.wasm")
+"""What a wheel has besides the program, among others."""
 
 PRODUCTS = [
     name for file in ROOT.glob("src/product/*.rs") for name in re.findall(r'usb: "(TMCM-\d+)"', file.read_text())
 ]
 """The names of all products, as they stand in the sources."""
+
+SYSTEM = re.compile(
+    r"(kernel32|ntdll|msvcrt|ws2_32|advapi32|userenv|user32|shell32|ole32|bcrypt|bcryptprimitives|api-ms-win-.*)\.dll",
+    re.IGNORECASE,
+)
+"""Libraries that each Windows has."""
 
 # Of the ELF format: kinds of segments, of entries in the dynamic section, of sections.
 PT_DYNAMIC, PT_INTERP = 2, 3
@@ -38,7 +51,38 @@ DT_NULL, DT_NEEDED = 0, 1
 SHT_SYMTAB = 2
 
 
-def faults_of_the_program(elf: bytes) -> list[str]:
+def faults_of_the_program(program: bytes) -> list[str]:
+    """What a program has that one which runs anywhere has not."""
+    faults = faults_for_windows(program) if foreign.kind(program) == "windows" else faults_for_linux(program)
+    faults += [f"it has a path of the computer on which it was built: {path}" for path in paths_of_the_build(program)]
+    return faults
+
+
+def faults_for_windows(program: bytes) -> list[str]:
+    """What a PE file of 64 bits has that one which runs on each Windows has not."""
+    header = struct.unpack_from("<I", program, 0x3C)[0]
+    sections, _, symbols, count, size = struct.unpack_from("<HIIIH", program, header + 6)
+    at = header + 24 + size
+    places = [struct.unpack_from("<IIII", program, at + 40 * number + 8) for number in range(sections)]
+
+    def offset(address: int) -> int:
+        return next(address - start + raw for size, start, _, raw in places if start <= address < start + size)
+
+    def text(address: int) -> str:
+        begin = offset(address)
+        return program[begin : program.index(b"\0", begin)].decode()
+
+    faults = ["it is not stripped"] if symbols and count else []
+    imports = offset(struct.unpack_from("<I", program, header + 24 + 120)[0])
+    for _, _, _, name, _ in struct.iter_unpack("<IIIII", program[imports : imports + 20 * 256]):
+        if name == 0:
+            break
+        if not SYSTEM.match(text(name)):
+            faults.append(f"it needs the library {text(name)}")
+    return faults
+
+
+def faults_for_linux(elf: bytes) -> list[str]:
     """What an ELF file of 64 bits has that one which runs anywhere has not."""
     if elf[:6] != b"\x7fELF\x02\x01":
         return ["it is no ELF file of 64 bits"]
@@ -58,7 +102,6 @@ def faults_of_the_program(elf: bytes) -> list[str]:
     kinds = [struct.unpack_from("<I", elf, sections_at + number * section_size + 4)[0] for number in range(sections)]
     if SHT_SYMTAB in kinds:
         faults.append("it is not stripped")
-    faults += [f"it has a path of the computer on which it was built: {path}" for path in paths_of_the_build(elf)]
     return faults
 
 
@@ -68,17 +111,19 @@ def paths_of_the_build(program: bytes) -> list[str]:
     sysroot = subprocess.run(["rustc", "--print", "sysroot"], check=True, stdout=subprocess.PIPE, text=True, cwd=ROOT)
     folders = {str(ROOT), cargo, sysroot.stdout.strip(), os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))}
     names = b"|".join(re.escape(name.encode()) for name in {*folders, *HOMES})
-    return sorted({found[0].decode(errors="replace") for found in re.finditer(rb"(%s)[\x21-\x7e]{0,80}" % names, program)})
+    return sorted(
+        {found[0].decode(errors="replace") for found in re.finditer(rb"(%s)[\x21-\x7e]{0,80}" % names, program)}
+    )
 
 
-def faults_of_what_it_says(program: bytes) -> list[str]:
+def faults_of_what_it_says(name: str, program: bytes) -> list[str]:
     """What `tmcl --version` leaves out."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "tmcl"
+        path = Path(folder) / name
         path.write_bytes(program)
         path.chmod(0o755)
-        said = subprocess.run([path, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout
-    print(said)
+        how, said = foreign.say(path, "--version")
+    print(f"{how}: {said}")
     faults = []
     if not re.match(r"tmcl \d+\.\d+\.\d+ \([0-9a-f]{10}(-dirty)?\)\n", said):
         faults.append("it does not tell version and commit")
@@ -98,16 +143,16 @@ def faults_of(path: Path) -> list[str]:
     with zipfile.ZipFile(path) as wheel:
         names = wheel.namelist()
         licences = {name.rsplit("/", 1)[1] for name in names if ".dist-info/licenses/" in name}
-        if licences != LICENCES:
-            faults.append(f"its licences are {sorted(licences)} in place of {sorted(LICENCES)}")
-        programs = [name for name in names if name.endswith(".data/scripts/tmcl")]
+        wanted = LICENCES | ({"LICENSE-musl.txt"} if "linux" in path.name else set())
+        if not licences >= wanted:
+            faults.append(f"its licences are {sorted(licences)}, and {sorted(wanted)} have to be there")
+        programs = [name for name in names if re.search(r"\.data/scripts/tmcl(\.exe)?$", name)]
         if len(programs) != 1:
             return [*faults, "the program tmcl is not in it"]
         program = wheel.read(programs[0])
-        faults += [f"tmcl: {fault}" for fault in faults_of_the_program(program) + faults_of_what_it_says(program)]
-        faults += [
-            f"{file} is not in it" for file in ("tmcl_sim/__init__.py", "tmcl_sim/py.typed") if file not in names
-        ]
+        said = faults_of_what_it_says(programs[0].rsplit("/", 1)[1], program)
+        faults += [f"tmcl: {fault}" for fault in faults_of_the_program(program) + said]
+        faults += [f"{file} is not in it" for file in FILES if file not in names]
         metadata = next(wheel.read(name).decode() for name in names if name.endswith(".dist-info/METADATA"))
         if metadata.partition("\n\n")[2].strip() != README.read_text().strip():
             faults.append(f"its description is not {README}")

@@ -15,7 +15,9 @@
 //! * [`calc`] - `tmcl calc`: speeds, accelerations and times in the units of a product
 //! * [`tune`] - `tmcl tune`: settings of stallGuard2 and coolStep by measurement
 //! * [`eds`] - `tmcl eds`: the objects of the CANopen firmware as a file for masters
+//! * [`tables`] - `tmcl tables`: parameters and objects as JSON
 //! * [`completions`] - `tmcl completions`: for shells
+//! * [`manual`] - `tmcl manual`: pages for man
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
 //! * [`scan`] - `tmcl scan`: the modules on a link
 //! * [`program`] - programs that users name: files, and modules that are to have them
@@ -42,6 +44,7 @@ mod files;
 pub mod help;
 pub mod link;
 pub mod load;
+pub mod manual;
 pub mod monitor;
 pub mod output;
 pub mod params;
@@ -53,6 +56,7 @@ pub mod scan;
 pub mod send;
 pub mod shell;
 pub mod sim;
+pub mod tables;
 pub mod tell;
 pub mod terminal;
 pub mod testing;

@@ -7,8 +7,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, help, load, monitor, params, run, scan, send, shell, sim, tell,
-    testing, tune, version, world,
+    asm, calc, completions, debug, disasm, dump, eds, help, load, manual, monitor, params, run, scan, send, shell, sim,
+    tables, tell, testing, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.
@@ -56,7 +56,9 @@ enum Command {
     Dump(dump::Options),
     Debug(debug::Options),
     Eds(eds::Options),
+    Tables(tables::Options),
     Completions(completions::Options),
+    Manual(manual::Options),
 }
 
 /// The same command, where a number below 0 is a value and no option: whether it can be one there is for the reader of that
@@ -102,7 +104,9 @@ fn main() -> ExitCode {
         Command::Debug(options) => debug::run(&options),
         Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),
+        Command::Tables(options) => tables::run(&options),
         Command::Completions(options) => completions::run(&options, self::command()),
+        Command::Manual(options) => manual::run(&options, self::command()),
         Command::World(options) => world::run(&options),
         Command::Tune(options) => tune::run(&options),
     };

@@ -17,6 +17,7 @@
 //! * [`desk`] - lines of the control port, and how virtual time passes
 //! * [`run`] - a program on a virtual module, in virtual time
 //! * [`calc`] - speeds, accelerations, times and currents in the units of a product
+//! * [`tables`] - parameters and objects as JSON
 //! * [`tune`] - settings of stallGuard2 and coolStep by measurement
 //! * [`eds`] - the objects of the CANopen firmware as a file for masters
 //! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
@@ -52,5 +53,6 @@ pub mod status;
 pub mod stop;
 pub mod suggest;
 pub mod svg;
+pub mod tables;
 pub mod tune;
 pub mod wire;

@@ -69,13 +69,14 @@ const READING: [&[&str]; 10] = [
 ];
 
 /// Everything that writes a file that cannot be written; the motor of `run` and `tune` has not moved then.
-const WRITING: [&[&str]; 6] = [
+const WRITING: [&[&str]; 7] = [
     &["asm", "{program}", "-o", "{nowhere}"],
     &["run", "{program}", "--plot", "{nowhere}"],
     &["run", "{program}", "--trace", "{nowhere}"],
     &["params", "sim", "save", "{nowhere}"],
     &["tune", "stallguard", "sim", "--plot", "{nowhere}"],
     &["eds", "-o", "{nowhere}"],
+    &["tables", "-o", "{nowhere}"],
 ];
 
 /// Numbers and names that cannot be, each with a word that the answer has to have.
@@ -453,7 +454,7 @@ fn numbers_and_names_that_cannot_be() {
 }
 
 /// What writes something, with a virtual module; all of it works.
-const TALKING: [&[&str]; 14] = [
+const TALKING: [&[&str]; 15] = [
     &["send", "sim", "GAP 1, 0"],
     &["send", "sim", "--json", "GAP 1, 0"],
     &["params", "sim", "save", "-"],
@@ -466,6 +467,7 @@ const TALKING: [&[&str]; 14] = [
     &["run", "{program}", "--until", "1 s"],
     &["calc", "60 rpm"],
     &["eds"],
+    &["tables", "6110"],
     &["tune", "stallguard", "sim", "--speeds", "800"],
     &["completions", "bash"],
 ];

@@ -48,6 +48,7 @@ mod shell;
 mod sim_products;
 mod sim_worlds;
 mod starts;
+mod tables;
 mod telegrams;
 mod time;
 mod time_hosts;

@@ -157,12 +157,8 @@ fn carry_out(command: &mut Command, missing: &str) {
     assert!(status.success(), "{command:?}: {status}");
 }
 
-/// A library that older wines lack: where programs of Rust get random numbers.
-const RANDOM: &str = "
-#include <windows.h>
-BOOLEAN NTAPI SystemFunction036(PVOID, ULONG);
-__declspec(dllexport) BOOL WINAPI ProcessPrng(PBYTE bytes, SIZE_T count) { return SystemFunction036(bytes, (ULONG)count); }
-";
+/// The source of a library that older wines lack.
+const RANDOM: &str = "scripts/bcryptprimitives.c";
 
 /// The program for Windows, in the form of a script that runs it under wine.
 fn built() -> PathBuf {
@@ -177,10 +173,10 @@ fn built() -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--quiet", "--profile", "foreign", "-p", "tmcl-cli", "--target", TARGET, "--target-dir"]);
     cargo.arg(&target);
-    carry_out(cargo.current_dir(fw::workspace().unwrap()), "");
+    let workspace = fw::workspace().unwrap();
+    carry_out(cargo.current_dir(&workspace), "");
     let folder = target.join(TARGET).join("foreign");
-    let (source, script) = (folder.join("random.c"), folder.join("tmcl"));
-    fs::write(&source, RANDOM).unwrap();
+    let (source, script) = (workspace.join(RANDOM), folder.join("tmcl"));
     let library = folder.join("bcryptprimitives.dll");
     carry_out(Command::new(LINKER).args(["-shared", "-o"]).arg(library).arg(source).arg("-ladvapi32"), MINGW);
     let folder = folder.display();
