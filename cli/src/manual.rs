@@ -41,6 +41,6 @@ fn pages(folder: &Path, command: &clap::Command) -> Result<(), Failure> {
     let mut page = Vec::new();
     Man::new(command.clone()).title(name.to_uppercase()).render(&mut page)?;
     Draft::begin(&folder.join(format!("{name}.1")))?.finish(&page)?;
-    let below = command.get_subcommands().filter(|command| command.get_name() != "help");
-    below.map(|command| pages(folder, command)).collect()
+    let mut below = command.get_subcommands().filter(|command| command.get_name() != "help");
+    below.try_for_each(|command| pages(folder, command))
 }
