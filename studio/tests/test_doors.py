@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from bed.browser import Browser
-from bed.module import ROOT
+from bed.module import PROGRAM, ROOT
 from bed.server import Site
 from studio import FOLDER
 
@@ -102,9 +102,10 @@ IN_THE_BROWSER = """async steps => {
 
 def test_the_same_numbers(plain: Browser, studio_site: Site) -> None:
     steps = sequence()
-    command = ["cargo", "run", "--quiet", "-p", "tmcl-studio", "--example", "sequence"]
+    # With the features of the whole workspace, so that it is there already where the tests of Rust have been built.
+    subprocess.run(["cargo", "build", "--quiet", "--workspace", "--example", "sequence"], cwd=ROOT, check=True)
     natively = subprocess.run(
-        command, cwd=ROOT, check=True, capture_output=True, text=True, input=json.dumps(steps)
+        [PROGRAM.parent / "examples/sequence"], check=True, capture_output=True, text=True, input=json.dumps(steps)
     ).stdout
     lines = plain.open(studio_site.url).evaluate(IN_THE_BROWSER, steps)
     expected = OF_THE_CLOCK.sub("", natively).splitlines()

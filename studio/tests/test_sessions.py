@@ -219,6 +219,12 @@ def test_what_was_done_to_the_session_before_takes_over_no_other(in_chromium: St
     expect(studio.link).to_have_text("shown")
     expect(studio.button("Take over")).to_be_enabled()
     expect(progress(studio)).to_contain_text("s of the session are left")
+    # But after STOP no session begins that was asked for before.
+    stop = studio.button("STOP").element_handle()
+    again.evaluate("(again_, stop) => { again_.click(); stop.click(); }", stop)
+    studio.is_there("1140")
+    expect(progress(studio)).to_have_text("the session was taken over")
+    expect(studio.row("Axes", "actual speed (int)")).to_have_text("0")
 
 
 def test_who_does_something_takes_over(studio: Studio, studio_site: Site) -> None:

@@ -34,6 +34,8 @@ export class Connection {
         this.opened = {};
         /** A session is done to the module, and nobody has taken over. */
         this.plays = false;
+        /** STOP was pressed since a link was asked for. */
+        this.isStopped = false;
         /** Takes what there is to say of that: how many milliseconds are left, or how it was ended.
          * @type {(left: number | 'taken over' | 'ended') => void} */
         this.onplay = () => undefined;
@@ -121,6 +123,7 @@ export class Connection {
         const attempt = this.attempts;
         this.bench.is(undefined);
         this.owed = false;
+        this.isStopped = false;
         this.#leaveDanger();
         this.#say('opening');
         this.isVirtual = wanted.serial === undefined;
@@ -137,7 +140,11 @@ export class Connection {
         try {
             await this.session.open(wanted, this.isVirtual ? 1 : address, begun, program);
             /** @type {HTMLButtonElement} */ (at('leave')).disabled = false;
-            if (session) {
+            if (session && this.isStopped) {
+                // It reached the link before: nothing of the session is done after it.
+                await this.takeOver();
+                await this.session.ask({ control: 'resume' });
+            } else if (session) {
                 await this.#show(session, attempt);
             } else {
                 await this.#identify();
@@ -312,6 +319,7 @@ export class Connection {
 
     /** Stops all motors and the program. */
     stop() {
+        this.isStopped = true;
         this.session.stop().catch(() => addLine(at('replies'), 'STOP: there is no link', true));
     }
 }
