@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import http.client
 import os
+import re
 import select
 import shutil
 import signal
@@ -16,6 +17,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -98,16 +100,26 @@ def start(
     )
 
 
+def told(file: IO[str] | None, last: str) -> str:
+    """What a process writes until a last line comes, or until it ends."""
+    assert file
+    said = b""
+    while not said.endswith(last.encode()):
+        assert select.select([file], [], [], PATIENCE)[0], f"it writes no more than {said!r}"
+        if not (piece := os.read(file.fileno(), 1000)):
+            break
+        said += piece
+    return said.decode()
+
+
 def port_of(process: subprocess.Popen[str]) -> int:
     """Where it serves, when it is ready. Raises ConnectionError with its words if it has ended instead."""
-    assert process.stdout
-    assert process.stderr
-    if not (address := process.stdout.readline()):
-        raise ConnectionError(process.stderr.read())
-    assert process.stdout.readline() == "ready\n"
-    assert address.startswith("http://127.0.0.1:")
-    assert address.endswith("/\n")
-    return int(address[len("http://127.0.0.1:") : -len("/\n")])
+    said = told(process.stdout, "\nready\n")
+    if not said:
+        raise ConnectionError(told(process.stderr, "\n"))
+    address = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\nready\n", said)
+    assert address, said
+    return int(address[1])
 
 
 @contextmanager
@@ -125,13 +137,7 @@ def running(process: subprocess.Popen[str]) -> Iterator[int]:
 
 @pytest.fixture(scope="module")
 def port(folder: Path) -> Iterator[int]:
-    with running(start(folder, "-m", "tmcl_sim.studio")) as port:
-        yield port
-
-
-@pytest.fixture
-def patient_port(folder: Path) -> Iterator[int]:
-    """The same, where a slow browser has an hour, which no test takes."""
+    """Where the program serves; a slow browser has an hour, which no test takes, however busy the computer is."""
     with running(start(folder, "-c", WITH_PATIENCE.format(3600))) as port:
         yield port
 
@@ -306,12 +312,12 @@ def test_a_request_has_a_longest(port: int) -> None:
         assert send(port, long) == TOO_LONG
 
 
-def test_those_who_ask_nothing_are_in_nobodys_way(patient_port: int) -> None:
-    slow = [connect(patient_port) for _ in range(CONNECTIONS - 4)]
-    whole = request(patient_port, "/")
+def test_those_who_ask_nothing_are_in_nobodys_way(port: int) -> None:
+    slow = [connect(port) for _ in range(CONNECTIONS - 4)]
+    whole = request(port, "/")
     for connection in slow[1:]:
         connection.sendall(whole[:20])
-    assert ask(patient_port, "/")[1] == INDEX.encode()
+    assert ask(port, "/")[1] == INDEX.encode()
     # They have lost nothing by it.
     for connection in slow[1:]:
         connection.sendall(whole[20:])
@@ -320,10 +326,10 @@ def test_those_who_ask_nothing_are_in_nobodys_way(patient_port: int) -> None:
     slow[0].close()
 
 
-def test_who_comes_when_all_are_served_is_served_next(patient_port: int) -> None:
-    slow = [connect(patient_port) for _ in range(CONNECTIONS + 10)]
-    with connect(patient_port) as connection:
-        connection.sendall(request(patient_port, "/"))
+def test_who_comes_when_all_are_served_is_served_next(port: int) -> None:
+    slow = [connect(port) for _ in range(CONNECTIONS + 10)]
+    with connect(port) as connection:
+        connection.sendall(request(port, "/"))
         assert not select.select([connection], [], [], 0.5)[0]
         for other in slow:
             other.close()
@@ -501,6 +507,5 @@ def test_without_a_browser_the_page_is_served(folder: Path, tmp_path: Path, brow
     environment = {"BROWSER": browser, "PATH": str(tmp_path), "DISPLAY": "", "WAYLAND_DISPLAY": ""}
     process = start(folder, "-m", "tmcl_sim.studio", "--open", environment=environment)
     with running(process) as port:
-        assert process.stderr
-        assert process.stderr.readline() == "no browser can be started: open the address above yourself\n"
+        assert told(process.stderr, "\n") == "no browser can be started: open the address above yourself\n"
         assert ask(port, "/")[1] == INDEX.encode()

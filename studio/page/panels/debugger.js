@@ -125,10 +125,12 @@ export class Debugger {
         } catch (error) {
             addLine(at('debugged'), words(error), true);
             this.#say();
-            return false;
-        } finally {
             this.job = undefined;
+            // STOP, which has ended the line, has stopped the program as well.
+            void this.look();
+            return false;
         }
+        this.job = undefined;
         return true;
     }
 
