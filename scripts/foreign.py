@@ -5,7 +5,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 RANDOM = Path(__file__).parent / "bcryptprimitives.c"
@@ -14,12 +13,15 @@ RANDOM = Path(__file__).parent / "bcryptprimitives.c"
 MACHINES = {62: "x86_64", 183: "aarch64"}
 """Processors, by their numbers in ELF files."""
 
+PREFIX = Path(__file__).resolve().parents[1] / "target/wine"
+"""Where wine has its files, which it takes seconds to make."""
+
 
 def kind(program: bytes) -> str:
-    """What a program is for: "x86_64" or "aarch64" for one of Linux, "windows", or "macos"."""
+    """What a program is for: "x86_64" or "aarch64" for one of Linux, "windows", or "unknown"."""
     if program[:4] == b"\x7fELF":
-        return MACHINES[struct.unpack_from("<H", program, 18)[0]]
-    return "windows" if program[:2] == b"MZ" else "macos"
+        return MACHINES.get(struct.unpack_from("<H", program, 18)[0], "unknown")
+    return "windows" if program[:2] == b"MZ" else "unknown"
 
 
 def runner(program: Path) -> tuple[str, list[str], dict[str, str]]:
@@ -31,12 +33,12 @@ def runner(program: Path) -> tuple[str, list[str], dict[str, str]]:
     if what == "aarch64":
         return "by qemu", [_needed("qemu-aarch64", "qemu-user")], environment
     if what != "windows":
-        raise ValueError(f"{program} cannot be run here")
+        sys.exit(f"{program} is a program of an unknown kind, which cannot be run here")
     compiler = _needed("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64")
     library = program.parent / "bcryptprimitives.dll"
     subprocess.run([compiler, "-shared", "-o", library, RANDOM, "-ladvapi32"], check=True)
-    prefix = tempfile.gettempdir() + f"/tmcl-wine-{os.getuid()}"
-    return "in wine", [_needed("wine", "wine wine64")], {**environment, "WINEPREFIX": prefix, "WINEDEBUG": "-all"}
+    PREFIX.parent.mkdir(exist_ok=True)
+    return "in wine", [_needed("wine", "wine wine64")], {**environment, "WINEPREFIX": str(PREFIX), "WINEDEBUG": "-all"}
 
 
 def say(program: Path, *arguments: str) -> tuple[str, str]:

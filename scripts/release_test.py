@@ -1,8 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of scripts/release: whatever is not ready is refused in words, and nothing is made.
-
-scripts/release_test.py
-"""
+"""Tests of scripts/release: whatever is not ready is refused in words, and nothing is made."""
 
 import shutil
 import subprocess

@@ -28,8 +28,8 @@ HOMES = {"/home/", "/root/", "/Users/", "/.cargo/", "/.rustup/"}
 """What paths of a build have in them on most computers."""
 
 LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-rust.html"}
-"""What every wheel has; one for Linux also has that of musl."""
-
+MUSL = {"LICENSE-musl.txt"}
+"""What every wheel has; that of musl one for Linux, and others that are made together with one."""
 
 FILES = ("tmcl_sim/__init__.py", "tmcl_sim/py.typed", "tmcl_sim/page/index.html", "tmcl_sim/page/tmcl_studio.wasm")
 """What a wheel has besides the program, among others."""
@@ -143,15 +143,15 @@ def faults_of(path: Path) -> list[str]:
     with zipfile.ZipFile(path) as wheel:
         names = wheel.namelist()
         licences = {name.rsplit("/", 1)[1] for name in names if ".dist-info/licenses/" in name}
-        wanted = LICENCES | ({"LICENSE-musl.txt"} if "linux" in path.name else set())
-        if not licences >= wanted:
-            faults.append(f"its licences are {sorted(licences)}, and {sorted(wanted)} have to be there")
+        wanted = [LICENCES | MUSL] if "linux" in path.name else [LICENCES, LICENCES | MUSL]
+        if licences not in wanted:
+            faults.append(f"its licences are {sorted(licences)} in place of {sorted(wanted[0])}")
         programs = [name for name in names if re.search(r"\.data/scripts/tmcl(\.exe)?$", name)]
         if len(programs) != 1:
             return [*faults, "the program tmcl is not in it"]
         program = wheel.read(programs[0])
-        said = faults_of_what_it_says(programs[0].rsplit("/", 1)[1], program)
-        faults += [f"tmcl: {fault}" for fault in faults_of_the_program(program) + said]
+        wrong = faults_of_the_program(program) or faults_of_what_it_says(programs[0].rsplit("/", 1)[1], program)
+        faults += [f"tmcl: {fault}" for fault in wrong]
         faults += [f"{file} is not in it" for file in FILES if file not in names]
         metadata = next(wheel.read(name).decode() for name in names if name.endswith(".dist-info/METADATA"))
         if metadata.partition("\n\n")[2].strip() != README.read_text().strip():

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import sysconfig
 from collections.abc import Iterator
 from pathlib import Path
 
 from .errors import StartError
 
-PROGRAM = "tmcl"
+PROGRAM = "tmcl.exe" if sys.platform == "win32" else "tmcl"
 VARIABLE = "TMCL_SIM_BINARY"
 
 

@@ -26,8 +26,8 @@ UNTHROTTLED = (
 )
 
 # What Chromium does without. Two renderers for each window, of what the address bar shows below it, and one more for
-# a page that might be opened, take half of its time in tests; the others are those that Playwright switches off as
-# well, because of two lists Chromium takes the last one.
+# a page that might be opened, take half of its time in tests. The others are of those that Playwright switches off,
+# because of two lists Chromium takes the last one.
 UNUSED = (
     "WebUIOmniboxPopup",
     "WebUIOmniboxAimPopup",
