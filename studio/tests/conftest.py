@@ -93,8 +93,9 @@ def running_chromium(
 ) -> Iterator[Driven]:
     """A process of Chromium without serial ports."""
     folder = tmp_path_factory.mktemp("chromium")
-    (folder / "ports").mkdir()
-    with browsers.running_chromium(playwright, folder, library, folder / "ports") as driven:
+    ports = folder / "ports"
+    ports.mkdir()
+    with browsers.running_chromium(playwright, folder, library, ports, program="chromium-headless-shell") as driven:
         yield driven
 
 

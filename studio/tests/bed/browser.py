@@ -176,18 +176,20 @@ def running_chromium(
     arguments: Sequence[str] = (),
     throttled: bool = False,
     environment: Mapping[str, str] | None = None,
+    program: Literal["chromium", "chromium-headless-shell"] = "chromium",
 ) -> Iterator[Driven]:
     """A process of Chromium whose serial ports are the entries of the folder `ports`.
 
     Pages of `origins` get them by getPorts() without a question, by a policy which only this Chromium sees. `folder` is
     one of the test; `library` is the stand-in for libudev, and `environment` may have the variables that tell it what
-    the ports are. `throttled`: hidden pages go slowly, as those of users do.
+    the ports are. `throttled`: hidden pages go slowly, as those of users do. `program`: the shell is the same Chromium
+    without the window around a page, and without serial ports, for two thirds of the work.
     """
     own = _own(folder, "chromium")
     policies = own / "etc" / "policies" / "managed"
     policies.mkdir(parents=True)
     (policies / "test.json").write_text(json.dumps({"SerialAllowAllPortsForUrls": list(origins)}))
-    script = enclose(own, installed("chromium"), library, ports, {own / "etc": Path("/etc/chromium")})
+    script = enclose(own, installed(program), library, ports, {own / "etc": Path("/etc/chromium")})
     driven = playwright.chromium.launch(
         executable_path=script,
         # Without a graphics card, drawing as if there were one takes longer.
