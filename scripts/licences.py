@@ -5,7 +5,7 @@
 
 FOLDER is where the files go; their names begin with LICENSE-, as python/pyproject.toml has them. A program is a package
 of this workspace and the Rust target that it is built for, such as tmcl-cli@x86_64-pc-windows-gnu. A crate whose
-licence is not one of ALLOWED, or whose terms are nowhere, is an error.
+licence is not in the list of deny.toml, or whose terms are nowhere, is an error.
 """
 
 import json
@@ -13,6 +13,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -21,23 +22,8 @@ ROOT = Path(__file__).resolve().parent.parent
 Package: TypeAlias = dict[str, Any]
 """A crate, as `cargo metadata` describes it."""
 
-# Licences that let anybody pass on the program with their text beside it. MPL-2.0 also wants it told where the source
-# of its files is, which the address of each crate is for.
-ALLOWED = {
-    "0BSD",
-    "Apache-2.0",
-    "Apache-2.0 WITH LLVM-exception",
-    "BSD-2-Clause",
-    "BSD-3-Clause",
-    "BSL-1.0",
-    "CC0-1.0",
-    "ISC",
-    "MIT",
-    "MPL-2.0",
-    "Unicode-3.0",
-    "Unlicense",
-    "Zlib",
-}
+# Licences that a crate may have.
+ALLOWED = set(tomllib.loads((ROOT / "deny.toml").read_text())["licenses"]["allow"])
 # Files with terms, as crates call them.
 TERMS = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
 
@@ -139,7 +125,7 @@ def of_crates(packages: list[Package]) -> str:
         if licence is None or not is_allowed(licence):
             sys.exit(
                 f"scripts/licences.py: {name} {version} has the licence {licence}, which is not one of those that are "
-                "allowed here. Use another crate, or if anybody may pass on a program under it, add it to ALLOWED."
+                "allowed here. Use another crate, or if anybody may pass on a program under it, add it to deny.toml."
             )
         own = []
         for text in terms(package):
