@@ -6,7 +6,7 @@ use super::host::{Link, command};
 pub(crate) const USAGE: &str = "\
 usage: cargo measure                              all figures of the flash images, against their budgets
        cargo measure short                        the same, with fewer samples
-       cargo measure update                       and puts them into docs/performance.md
+       cargo measure update                       and puts them into docs/figures.md
        cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
                                                   COMMAND is one argument, LINK is rs485, can or usb
        cargo measure profile poll                 and those of a poll with all axes moving

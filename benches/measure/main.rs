@@ -47,7 +47,7 @@ use report::{Report, progress};
 use symbols::Symbols;
 
 /// The page with the figures, in the workspace.
-const PAGE: &str = "docs/performance.md";
+const PAGE: &str = "docs/figures.md";
 
 /// How much is measured.
 struct Extent {

@@ -1,4 +1,16 @@
-//! A settings page as it lies in the EEPROM: epoch, sequence number, page number, values, CRC.
+//! A settings page as it lies in the EEPROM, with the highest byte of each number first:
+//!
+//! ```text
+//! byte   0       2      3       4          8               4 + 4 n  8 + 4 n
+//!        +-------+------+-------+----------+-----+-----------+--------+
+//!        | epoch | seq. | page  | value of | ... | value of  | CRC-32 |
+//!        |       | no.  | number| slot 0   |     | slot n-1  |        |
+//!        +-------+------+-------+----------+-----+-----------+--------+
+//! ```
+//!
+//! The slots are those of this page, counted from its first one; a page of 64 bytes has n = 14 of them. The CRC is that of
+//! Ethernet (CRC-32/ISO-HDLC), over the tag of the layout, which is not in the page, and all bytes before the CRC. A page
+//! whose bytes are all FFh is erased.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;

@@ -493,7 +493,7 @@ def test_undo_is_the_browsers(bench: Bench) -> None:
     bench.page.keyboard.press("Control+Shift+z")
     assert bench.text == "MOVE MOV x 12"
     bench.checked()
-    assert bench.parts(0)[-1] == ("editor-is-number", "12")
+    expect(bench.lines.first.locator("span.editor-is-number")).to_have_text("12")
 
 
 def test_what_an_input_method_composes_is_shown(in_chromium: Bench) -> None:

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""Does what docs/canopen.md and README show of CANopen, as somebody who reads them, and compares what comes out with
-what they say.
+"""Does what docs/canopen.md shows, as somebody who reads it, and compares what comes out with what it says.
 
     python3 tests/clients/canopen_page.py target/debug/tmcl
 
@@ -23,9 +22,7 @@ from canopen_bus import be_patient
 from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal
 
 ROOT = Path(__file__).parents[2]
-PAGE, README = ROOT / "docs" / "canopen.md", ROOT / "README.md"
-# What a section of README is about if it is done here.
-CANOPEN = "import canopen\n"
+PAGE = ROOT / "docs" / "canopen.md"
 # Where the page has its ports, and the serial port of a module with the TMCL firmware.
 HOST, SERIAL = "127.0.0.1:", "/dev/ttyACM0"
 # Any number of lines.
@@ -178,12 +175,11 @@ def tmcl(binary, line):
 
 
 def main():
-    options = command_line("Does what docs/canopen.md and README show of CANopen.")
+    options = command_line("Does what docs/canopen.md shows.")
     binary = str(Path(options.binary).resolve())
     os.chdir(ROOT)
     be_patient()
     found = sections(PAGE)
-    found += [blocks for blocks in sections(README) if any(piece.text.startswith(CANOPEN) for piece in blocks)]
     first = {}
     for piece in (piece for blocks in found for piece in blocks):
         check(f"{piece.place}: {piece.language}", piece.language in ("console", "python", "command"))

@@ -1,4 +1,4 @@
-//! How much is gained: times of one run by one another, which no other load of the host changes much. `docs/performance.md` has
+//! How much is gained: times of one run by one another, which no other load of the host changes much. `docs/figures.md` has
 //! the figures.
 
 use crate::common::image;

@@ -6,6 +6,7 @@ mod addresses;
 mod asks;
 mod asm;
 mod bad_input;
+mod book;
 #[path = "../../../tests/common/image.rs"]
 mod build;
 mod calc;
@@ -39,7 +40,6 @@ mod ports;
 mod products;
 mod programs;
 mod pty;
-mod readme;
 mod run;
 mod scan;
 mod scenarios;

@@ -128,7 +128,7 @@ const APART: [(&str, &[&str]); 7] = [
     ),
     (
         "what asks Git or a shell of this checkout",
-        &["help::the_version_names_the_commit_of_the_checkout", "library", "readme", "windows"],
+        &["book", "help::the_version_names_the_commit_of_the_checkout", "library", "windows"],
     ),
 ];
 
