@@ -1,9 +1,9 @@
 //! How fast the interpreter is on the host when nothing holds it back: `cargo bench --bench interpreter`.
 //!
-//! Measured are the command fetch, the decoder and the commands themselves. In the first row a bare `vm::Machine` executes
-//! branches out of a `Store`. In the others it is the module that executes, by `Module::poll` with a time that is a
-//! millisecond later each time its program has spent what it may; the chips are not there, and each 128 units include one
-//! turn of everything else.
+//! Measured are the command fetch, the decoder and the commands themselves. In the first row a bare `vm::Machine`
+//! executes branches out of a `Store`. In the others it is the module that executes, by `Module::poll`. Each time its
+//! program has spent what it may, the time of the next poll is a millisecond later. The chips are not there, and each
+//! 128 units include one turn of everything else.
 
 use std::convert::Infallible;
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use tmcm::chip::tmc429::Tmc429;
-use tmcm::device::{Board, Controller, Inputs, Parts};
+use tmcm::device::{Circuit, Controller, Inputs, Parts};
 use tmcm::module::{Executed, Hooks, Module, Platform, Source};
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::param::USER_VARIABLES;
@@ -102,8 +102,8 @@ impl Hooks for Counter {
     }
 }
 
-/// What the TMC429 is asked for its type and version with, and what it answers (its datasheet, section 7.3): a module
-/// without one runs no programs.
+/// The request for the type and version of the TMC429, and its answer (its datasheet, section 7.3). A module without a
+/// TMC429 runs no programs.
 const VERSION: u8 = 3 << 5 | 9 << 1 | 1;
 const TMC429: [u8; 4] = [0, 0x42, 0x91, 0x01];
 
@@ -140,7 +140,7 @@ impl OutputPin for Nothing {
     }
 }
 
-impl Board for Nothing {
+impl Circuit for Nothing {
     type Product = Tmcm1140;
     type Hardware = Tmc429Tmc262<Nothing, Nothing>;
     type Controllers = [Controller<Self::Hardware>; 1];

@@ -29,7 +29,7 @@ const RUN: Command = Command::new(Opcode::RunApplication as u8, 0, 0, 0);
 /// ROR 1000 at pulse divisor 3, 30 518 microsteps/s.
 const ROR: Command = Command::new(Opcode::Ror as u8, 0, 0, 1000);
 
-/// What the module does, and the commands that make it do so.
+/// The work of the module, and the commands that make it do so.
 const ROWS: &[(&str, &[Command])] = &[
     ("at rest", &[]),
     ("ROR 1000 at pulse divisor 3 (30 518 microsteps/s)", &[ROR]),
@@ -95,8 +95,8 @@ fn native(hour: u64) {
 /// Virtual time of the rows of a fleet, in seconds.
 const MINUTE: u64 = 60;
 
-/// What `tmcl sim` does: it starts a module, and takes a step of paused time, with a motor that turns, in portions of a
-/// millisecond.
+/// Does what `tmcl sim` does: starts a module, and takes a step of paused time, with a motor that turns, in portions of
+/// a millisecond.
 fn fleet() {
     let start = Instant::now();
     let mut fleet = Fleet::of(Product::Tmcm1140, &WorldConfig::default(), &[None], 1);
@@ -140,7 +140,7 @@ fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
 fn image(seconds: u64) -> Result<(), Box<dyn Error>> {
     println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
-    let elf = std::fs::read(build::try_built(fw::TMCL)?.path)?;
+    let elf = std::fs::read(build::try_built(xtask::TMCL)?.path)?;
     for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
         let mut module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default())?;
         prepare(&mut module, Source::Rs485, commands);

@@ -1,9 +1,9 @@
 //! Tells the program which commit it is built from, for `tmcl --version`.
 //!
-//! Builds that leave the checkout have it: `cargo install`, the Python package. Those of `cargo sim`, `cargo tmcl` and the
-//! tests have none, because they would be compiled anew after each commit; they ask git when they are asked. Where there is
-//! no repository, the variable TMCL_COMMIT stands for the commit, or the file COMMIT beside this one, which packages of the
-//! sources have.
+//! Builds that leave the checkout have it: `cargo install`, the Python package. Those of `cargo sim`, `cargo tmcl` and
+//! the tests have none, because they would be compiled anew after each commit; they ask git when they are asked. Where
+//! there is no repository, the variable TMCL_COMMIT stands for the commit, or the file COMMIT beside this one, which
+//! packages of the sources have.
 
 use std::env;
 use std::fs;
@@ -40,7 +40,7 @@ fn of_package() -> Option<String> {
     Some(commit.trim().into())
 }
 
-/// What git says; `None` outside of a repository, and without git.
+/// The output of git; `None` outside of a repository, and without git.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

@@ -1,13 +1,13 @@
-//! What makes a program of the library: the binary of an image has this and nothing else.
+//! The macro that makes a program of the library: the binary of an image has this and nothing else.
 
 /// The image of a firmware: its entry, its memory, and what it does after a panic.
 ///
-/// The firmware is a type of `board` with a product, and with user functions if there are any: `docs/own-firmware.md` tells
-/// how to write these, in a crate of one's own. The types are looked up for the microcontroller only, since a computer has no
-/// `board`.
+/// The firmware is a type of `board` with a product, and with user functions if there are any: `docs/own-firmware.md`
+/// tells how to write these, in a crate of one's own. The types are looked up for the microcontroller only, since a
+/// computer has no `board`.
 ///
-/// With `build`, the command that builds the image, and `simulate`, the one that runs its core on a computer, the computer
-/// gets a stand-in that says what is to be done instead.
+/// `build` is the command that builds the image, and `simulate` the one that runs its core on a computer. With them the
+/// computer gets a stand-in that says what is to be done instead.
 ///
 /// ```
 /// tmcm::image! {

@@ -31,21 +31,22 @@
 //! * **Turn** - what the device and its firmware do in each millisecond: supervise, **poll** each axis once, give the
 //!   program its share.
 //! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **motion profile** is how: with which
-//!   speed, acceleration and stop switches. The **shape** of a ramp is what it has besides a top speed and one acceleration.
+//!   speed, acceleration and stop switches. The **shape** of a ramp is what it has besides a top speed and one
+//!   acceleration.
 //! * **Waypoint** - a target that a TMC429 gets on the way to a distant one, as it has only 24 bits for positions.
 //! * **Leg** - one run of a reference search, in one direction until a switch closes or opens. The search ends at its
 //!   **zero point**.
 //! * **Interrupt** - of a TMCL program: an event that calls a handler in the program. In `board` the word means the
 //!   interrupts of the microcontroller.
-//! * **Node** - a module with the CANopen firmware: [`canopen::Node`]. Its **objects** have an index and a sub-index; the
-//!   **master** reads and writes them by **SDO**, and exchanges some of them in **PDOs**, which are not confirmed. An
-//!   **emergency** is a message about an error.
+//! * **Node** - a module with the CANopen firmware: [`canopen::Node`]. Its **objects** have an index and a sub-index;
+//!   the **master** reads and writes them by **SDO**, and exchanges some of them in **PDOs**, which are not confirmed.
+//!   An **emergency** is a message about an error.
 //!
 //! # The way of a telegram
 //!
-//! The bytes of `GAP 1, 0` reach a [`module::Port`], the module's end of a byte link, which collects and decodes them
-//! by [`tmcl::binary`]. [`module::Module::request`] checks whether the address is the module's;
-//! [`module::Module::execute`] looks the command up in the instruction table and calls what it asks for: here it finds
+//! The bytes of `GAP 1, 0` reach a [`module::LinkPort`], the module's end of a byte link, which collects and decodes
+//! them by [`tmcl::binary`]. [`module::Module::request`] checks whether the address is the module's;
+//! [`module::Module::execute`] looks the command up in the instruction table and calls what it asks for. Here it finds
 //! the parameter in [`param`] and has [`motion::Joined::read`] ask the ramp generator by [`chip::tmc429`], with one
 //! datagram. The answer goes back the same way, is encoded by the port, and leaves over the link. A command that stores
 //! something is answered later, when its value is safe in the EEPROM: its reply comes by

@@ -2,20 +2,22 @@
 //!
 //! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
 //! * Each floor of the board uses only floors declared above it in `src/board/mod.rs`.
-//! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither chip
-//!   drivers nor the store use a parameter table ([`APART`]).
+//! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither
+//!   chip drivers nor the store use a parameter table ([`APART`]).
 //! * What a motion chip demands is known by its driver and by one folder in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
-//! * The device, the interpreter, the language TMCL and its firmware name no chip and no product, and chip drivers and the
-//!   store no parameter by its number, not even in comments; comments of items begin with their subject: `layers/words.rs`.
+//! * The device, the interpreter, the language TMCL and its firmware name no chip and no product. Chip drivers and the
+//!   store name no parameter by its number. Both rules hold in comments, too: `layers/words.rs`.
+//! * Comments of all crates name their subject, have sentences of thirty words at most, and end at column 120:
+//!   `layers/comments.rs`.
 //! * No two files of a crate import each other, directly or through other files; `layers/imports.rs` defines
 //!   imports.
-//! * Calls of a type's own methods between files form no circle, and the methods are in few files: else it is several types
-//!   in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
+//! * Calls of a type's own methods between files form no circle, and the methods are in few files: else it is several
+//!   types in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
 //! * Traits and functions of the firmware, an axis and what it is made of are small: `layers/sizes.rs`.
 //! * The services of CiA 301 use nothing of the firmware but frames and units.
-//! * The simulated hardware does not use the firmware, the virtual modules do not use the tools, and the tools neither the
-//!   command line nor an operating system: `layers/world.rs`.
+//! * The simulated hardware does not use the firmware, the virtual modules do not use the tools, and the tools neither
+//!   the command line nor an operating system: `layers/world.rs`.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
 //! * Operating systems are told apart in five files ([`SEAMS`]); what is of one of them alone is beside these.
@@ -28,6 +30,8 @@
 mod checker;
 #[path = "layers/circles.rs"]
 mod circles;
+#[path = "layers/comments.rs"]
+mod comments;
 #[path = "layers/imports.rs"]
 mod imports;
 #[path = "layers/owners.rs"]
@@ -124,7 +128,7 @@ fn declared<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
 }
 
 fn root() -> &'static Path {
-    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| fw::workspace().unwrap());
+    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| xtask::workspace().unwrap());
     &ROOT
 }
 
@@ -157,8 +161,8 @@ fn modules_use_only_those_above() {
     assert!(checked > order.len(), "{checked} files");
 }
 
-/// The imports that lead from a floor of a board, a folder with a module, to one declared below it, or out of the floors to
-/// the file that declares them.
+/// Finds the imports that lead from a floor of a board to one declared below it, or out of the floors to the file that
+/// declares them. A floor is a folder with a module.
 fn upward<'a>(board: &Path, floors: &[&str], imports: &'a circles::Imports) -> Vec<(&'a Path, &'a Path, &'a str)> {
     let floor = |path: &Path| floors.iter().position(|floor| path.starts_with(board.join(floor)));
     let root = board.join("mod.rs");
@@ -168,8 +172,8 @@ fn upward<'a>(board: &Path, floors: &[&str], imports: &'a circles::Imports) -> V
     wrong.map(|(_, from, to, name)| (from.as_path(), to.as_path(), name.as_str())).collect()
 }
 
-/// What runs uses the boards, and these use the microcontroller: so neither a board nor the microcontroller is written with
-/// what will run on it in mind.
+/// The code that runs uses the boards, and these use the microcontroller: so neither a board nor the microcontroller is
+/// written with what will run on it in mind.
 #[test]
 fn floors_of_the_board_use_only_those_above() {
     let board = root().join("src/board");
@@ -185,7 +189,8 @@ fn floors_of_the_board_use_only_those_above() {
     assert!(wrong.is_empty(), "a floor uses one that is declared below it:\n{}", listed(&wrong));
 }
 
-/// What the CANopen firmware has of TMCL: the version, for hosts at its USB port. In TMCL mode it passes bytes on.
+/// Files in which the CANopen firmware uses TMCL: it takes the version, for hosts at its USB port. In TMCL mode it
+/// passes bytes on.
 const BETWEEN_LANGUAGES: [&str; 1] = ["canopen/usb.rs"];
 /// Modules, each with the modules above it that it must not use.
 const APART: [(&str, &[&str]); 6] = [
@@ -226,7 +231,8 @@ fn registers_are_named_where_the_chip_is_driven() {
     assert!(checked > 50, "{checked} files");
 }
 
-/// What a source takes from the drivers of motion chips, `chip::tmc...`, beside the one type that is the driver.
+/// Lists the names that a source takes from the drivers of motion chips, `chip::tmc...`, beside the one type that is
+/// the driver.
 fn named_of_motion_chips<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     let mut named = Vec::new();
     for at in 0..tokens.len() {
@@ -275,8 +281,8 @@ fn listed(circle: &[(&Path, &Path, &str)]) -> String {
     circle.iter().map(|(from, to, name)| format!("  {} -> {}: {name}\n", short(from), short(to))).collect()
 }
 
-/// The crates whose types are looked at. The simulated hardware is left out: a chip and a core are one state in their data
-/// sheets.
+/// The crates whose types are looked at. The simulated hardware is left out: a chip and a core are one state in their
+/// data sheets.
 const WITH_OWNERS: [(&str, &str); 2] = [("tmcm", "src/lib.rs"), ("tmcm_sim", "sim/src/lib.rs")];
 /// The most files in which the methods of a type may be.
 const MOST_FILES: usize = 6;
@@ -306,7 +312,7 @@ fn calls_of_own_methods_between_files_form_no_circle() {
     assert!(wrong.is_empty(), "give the state an owner below the others:\n{wrong}");
 }
 
-/// What the services of CiA 301 use of the firmware, besides each other.
+/// Modules of the firmware that the services of CiA 301 use, besides each other.
 const BELOW_CIA_301: [&str; 2] = ["can", "units"];
 #[test]
 fn the_services_of_cia_301_know_no_node() {
@@ -326,7 +332,7 @@ fn the_services_of_cia_301_know_no_node() {
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
     let packages =
-        ["", "fw", "hal-sim", "hal-sim/cbor-edn", "sim", "tools", "link", "server", "cli", "studio", "studio/build"];
+        ["", "xtask", "hal-sim", "hal-sim/cbor-edn", "sim", "tools", "link", "server", "cli", "studio", "studio/build"];
     for package in packages.into_iter().chain(["studio/image", "tests/panic_free"]) {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
@@ -341,8 +347,8 @@ fn roots() -> Vec<PathBuf> {
     roots
 }
 
-/// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they bring
-/// along neither the command line nor what only Unix has.
+/// Crates, each with the crates that it must not use. Virtual modules and tools are for other people's programs: they
+/// bring along neither the command line nor what only Unix has.
 const CRATES_APART: [(&str, &[&str]); 8] = [
     ("hal-sim", &["tmcm", "tmcm_sim", "tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli"]),
     ("sim", &["tmcl_tools", "tmcl_link", "tmcl_server", "tmcl_cli", "clap", "rustix"]),
@@ -406,10 +412,10 @@ fn the_functions_named_in_the_architecture_are_where_it_says() {
 
 /// Where the sources of all crates are.
 const FOLDERS: [&str; 12] =
-    ["src", "fw", "hal-sim", "sim", "tools", "link", "server", "cli", "studio", "tests", "benches", "build.rs"];
+    ["src", "xtask", "hal-sim", "sim", "tools", "link", "server", "cli", "studio", "tests", "benches", "build.rs"];
 
-/// The files that tell operating systems apart: the user's terminal, what can be waited for, files that are held, pseudo
-/// terminals, and how a browser is opened.
+/// The files that tell operating systems apart: the user's terminal, what can be waited for, files that are held,
+/// pseudo terminals, and how a browser is opened.
 const SEAMS: [&str; 5] = [
     "cli/src/terminal/system/mod.rs",
     "link/src/system/mod.rs",
@@ -478,8 +484,8 @@ fn unsafe_is_left_to_the_board_and_the_doors_of_the_page() {
     }
 }
 
-/// A checkout may be moved or copied with all that is built in it: what is there then uses that checkout, and not the one
-/// where it was built.
+/// A checkout may be moved or copied with all that is built in it: what is there then uses that checkout, and not the
+/// one where it was built.
 #[test]
 fn nothing_knows_the_folder_in_which_it_was_compiled() {
     let folders = ["MANIFEST_DIR", "TARGET_TMPDIR", "BIN_EXE_"].map(|name| format!("env!(\"CARGO_{name}"));

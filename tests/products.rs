@@ -80,8 +80,8 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
     values.into_iter().find(|value| row.accepts(*value)).unwrap()
 }
 
-/// Numbers of the global parameters that have tests of their own: they keep other values from being stored, or from being
-/// the same after a power cycle.
+/// Numbers of the global parameters that have tests of their own: they keep other values from being stored, or from
+/// being the same after a power cycle.
 const OF_THE_EEPROM: [u8; 2] = [64, 73];
 
 /// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
@@ -150,7 +150,7 @@ fn everything_that_can_be_stored_survives_on_a_tmcm_1110() {
     everything_survives::<Tmcm1110, 1, 1>();
 }
 
-/// There is no axis parameter among it.
+/// No axis parameter is among what can be stored.
 #[test]
 fn everything_that_can_be_stored_survives_on_a_tmcm_3212() {
     everything_survives::<Tmcm3212, 3, 3>();
@@ -251,8 +251,8 @@ fn interrupts_are_as_many_as_axes_and_inputs() {
     assert_eq!(three.send("GGP 33, 3").0, Status::WrongType as u8);
 }
 
-/// An EEPROM that is locked (73) keeps what it has, and is read as ever; direct and by every command that stores. The lock
-/// itself survives a power cycle, until the other number opens it.
+/// An EEPROM that is locked (73) keeps what it has, and is read as ever; direct and by every command that stores. The
+/// lock itself survives a power cycle, until the other number opens it.
 #[test]
 fn a_locked_eeprom_stores_nothing() {
     const LOCKED: u8 = Status::EepromLocked as u8;

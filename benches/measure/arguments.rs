@@ -1,4 +1,4 @@
-//! What is asked for on the command line.
+//! The order that the arguments of the command line give.
 
 use super::canopen::Subject as Node;
 use super::host::{Link, command};
@@ -17,7 +17,7 @@ usage: cargo measure                              all figures of the flash image
        cargo measure profile 6110 ...             any of these but the last, of the image of the TMCM-6110; or 3212
        cargo measure help                         this text";
 
-/// What is to be done.
+/// An order of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order<'a> {
     /// To print the usage.
@@ -30,7 +30,7 @@ pub(crate) enum Order<'a> {
     Sister(&'static str, Subject<'a>),
 }
 
-/// What a profile is of.
+/// The subject of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject<'a> {
     /// The reply to a command.
@@ -41,7 +41,7 @@ pub(crate) enum Subject<'a> {
     Rest,
     /// A millisecond of a program that consists of a command.
     Program(&'a str),
-    /// What the CANopen image does with a frame; none is a turn of it.
+    /// The work of the CANopen image with a frame; none is a turn of the image.
     Node(Option<Node>),
 }
 
@@ -76,7 +76,7 @@ fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
     }
 }
 
-/// What a profile of an image with TMCL is of, and the arguments behind it.
+/// Reads the subject of a profile of an image with TMCL. Gives the arguments behind it as well.
 fn subject<'a, 'b>(arguments: &'b [&'a str]) -> Result<(Subject<'a>, &'b [&'a str]), String> {
     Ok(match arguments {
         [] => return Err("profile of what: a command, poll, rest, or program COMMAND".into()),
@@ -98,7 +98,7 @@ fn link(name: &str) -> Result<Link, String> {
     }
 }
 
-/// What a profile of the CANopen image can be of.
+/// The subjects that a profile of the CANopen image can have.
 const NODES: &str = "upload, download, target, sync or turn";
 
 fn node(name: &str) -> Result<Option<Node>, String> {

@@ -9,7 +9,7 @@ use super::report::Report;
 use super::statistics::grouped;
 use super::waits::Waits;
 
-/// What has been measured.
+/// The figures that have been measured.
 #[derive(Debug, Default)]
 pub(crate) struct Figures {
     pub(crate) memory: Memory,
@@ -29,7 +29,7 @@ pub(crate) struct Figures {
     pub(crate) three: Sister,
 }
 
-/// What has been measured of the image of a sister.
+/// The figures that have been measured of the image of a sister.
 #[derive(Debug, Default)]
 pub(crate) struct Sister {
     pub(crate) memory: Memory,
@@ -39,9 +39,9 @@ pub(crate) struct Sister {
     pub(crate) commands: Commands,
 }
 
-/// What a figure counts.
+/// The unit of a figure.
 #[derive(Clone, Copy, Debug)]
-enum Unit {
+enum FigureUnit {
     Cycles,
     Datagrams,
     Frames,
@@ -55,15 +55,15 @@ enum Unit {
     /// Thousandths of what the TMCM-1140 takes.
     Times,
 }
-use Unit::{Bytes, Cycles, Datagrams, Frames, Millionths, Rate, Share, Times};
+use FigureUnit::{Bytes, Cycles, Datagrams, Frames, Millionths, Rate, Share, Times};
 
 /// A budget.
 struct Budget {
     name: &'static str,
-    unit: Unit,
-    /// What the peer takes.
+    unit: FigureUnit,
+    /// The figure of the peer.
     peer: Option<u64>,
-    /// What may not be exceeded, and what it should be.
+    /// The limit that may not be exceeded, and the value that the figure should have.
     limits: [u64; 2],
     /// A miss that is known: it may not become worse.
     known: Option<u64>,
@@ -71,7 +71,7 @@ struct Budget {
     figure: fn(&Figures) -> Option<u64>,
 }
 
-/// Those of the image that speaks TMCL.
+/// Budgets of the image that speaks TMCL.
 const TMCL: [Budget; 23] = [
     row("first bit out, no chip access, RS485 at 115 200", Cycles, 736, [790, 779], |f| Some(f.replies.rs485.plain)),
     row("first bit out, no chip access, CAN", Cycles, 777, [520, 400], |f| Some(f.replies.can.plain)),
@@ -101,7 +101,7 @@ const TMCL: [Budget; 23] = [
     row("stack, most in use", Bytes, 205, [4 * 1024, 2_560], |f| Some(f.memory.stack[1])),
 ];
 
-/// Those of the image that is a node of CANopen, which has no peer.
+/// Budgets of the image that is a node of CANopen, which has no peer.
 const CANOPEN: [Budget; 11] = [
     row("SDO upload, no chip access, first bit out", Cycles, 0, [800, 550], |f| Some(f.node.upload)).missed_by(1_150),
     row("RPDO of 6040h, 60FFh: CPU share", Cycles, 0, [2_200, 1_500], |f| Some(f.node.target)),
@@ -119,7 +119,7 @@ const CANOPEN: [Budget; 11] = [
     row("stack, most in use", Bytes, 0, [5 * 1024, 5 * 1024], |f| Some(f.node_memory.stack[1])),
 ];
 
-/// Those of the image of the TMCM-6110, which are about all of its axes at once.
+/// Budgets of the image of the TMCM-6110, which are about all of its axes at once.
 const SIX_AXES: [Budget; 13] = [
     row("owner with the SPI wire, at rest", Share, 0, [110_000, 80_000], |f| Some(f.six.load[0].owner)),
     row("owner with the SPI wire, all axes moving", Share, 0, [300_000, 260_000], |f| Some(f.six.load[1].owner)),
@@ -145,7 +145,7 @@ const SIX_AXES: [Budget; 13] = [
     row("stack, most in use", Bytes, 0, [12 * 1024, 4 * 1024], |f| Some(f.six.memory.stack[1])),
 ];
 
-/// Those of the image of the TMCM-3212, which are about all of its axes at once.
+/// Budgets of the image of the TMCM-3212, which are about all of its axes at once.
 const THREE_AXES: [Budget; 13] = [
     row("owner with the SPI wire, at rest", Share, 0, [90_000, 60_000], |f| Some(f.three.load[0].owner)),
     row("owner with the SPI wire, all axes moving", Share, 0, [150_000, 100_000], |f| Some(f.three.load[1].owner)),
@@ -177,7 +177,7 @@ fn times(one: u64, other: u64) -> Option<u64> {
 /// A row of the table; 0 stands for what the peer has not.
 const fn row(
     name: &'static str,
-    unit: Unit,
+    unit: FigureUnit,
     peer: u64,
     limits: [u64; 2],
     figure: fn(&Figures) -> Option<u64>,
@@ -193,7 +193,7 @@ impl Budget {
     }
 }
 
-impl Unit {
+impl FigureUnit {
     fn name(self) -> &'static str {
         match self {
             Cycles => "cycles",

@@ -12,7 +12,7 @@ use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
 
-/// What is sent to the node, and what is waited for.
+/// A message to the node, and the event that is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     /// An SDO request, and its reply.
@@ -49,7 +49,7 @@ const SPEED: i32 = 500;
 /// First byte of the datagram that tells the first motor's target velocity.
 const V_TARGET: u8 = 0x08;
 
-/// What a master does while the load is observed: name, target velocity, distance of its SYNCs.
+/// The work of a master while the load is observed: name, target velocity, distance of its SYNCs.
 const LOADS: [(&str, Option<i32>, Option<Nanos>); 4] = [
     ("at rest", None, None),
     ("profile velocity mode", Some(SPEED), None),
@@ -76,7 +76,7 @@ struct Samples {
     gaps: Vec<u64>,
 }
 
-/// What the budgets are about.
+/// The figures that the budgets are about.
 #[derive(Debug, Default)]
 pub(crate) struct Canopen {
     /// An SDO upload without an access to a chip: the median.
@@ -164,7 +164,7 @@ pub(crate) fn median(elf: &[u8], subject: Subject, count: usize) -> Result<Vec<S
     Ok(all.swap_remove(count / 2).steps)
 }
 
-/// What there is to see of one sample.
+/// The observations of one sample.
 struct Once {
     begin: u64,
     end: u64,
@@ -191,8 +191,8 @@ impl Once {
 }
 
 fn once(master: &mut Master, subject: Subject, n: usize) -> Result<Once, Failure> {
-    // What was sent and done before is over. Each sample comes the same time later in its millisecond than the one before:
-    // so a thousand of them come at as many places.
+    // What was sent and done before is over. Each sample comes the same time later in its millisecond than the one
+    // before: so a thousand of them come at as many places.
     master.run(2 * MILLISECOND + SHIFT)?;
     let mut steps = Vec::new();
     match subject {
@@ -302,8 +302,8 @@ fn observe(elf: &[u8], target: Option<i32>, every: Option<Nanos>, span: Nanos) -
     Ok(load)
 }
 
-/// Sends frames back to back, and counts those that are lost: by what the node does not answer, and by the emergencies that
-/// tell of a loss.
+/// Sends frames back to back, and counts those that are lost: by what the node does not answer, and by the emergencies
+/// that tell of a loss.
 fn bursts(elf: &[u8], report: &mut Report) -> Result<u64, Failure> {
     progress("CANopen: bursts");
     let [syncs, mixed] = [burst(elf, COUNTED, false)?, burst(elf, 1, true)?];

@@ -1,4 +1,4 @@
-//! What a command costs in a running program.
+//! The cost of a command in a running program.
 //!
 //! A program is a loop: some commands of one kind, then the count of rounds. What a round takes of the core's time,
 //! for two lengths of the loop, gives what one command takes.
@@ -16,8 +16,8 @@ use super::statistics::grouped;
 /// Lengths of the loop.
 const SHORT: usize = 12;
 const LONG: usize = 48;
-/// Core cycles of a datagram on the wire: 32 bits at 84 MHz / 64 to the TMC429, 24 bits at 84 MHz / 32 to the TMC262, 40 bits
-/// at 84 MHz / 16 to the TMC5160.
+/// Core cycles of a datagram on the wire. A datagram to the TMC429 has 32 bits at 84 MHz / 64, and one to the TMC262
+/// has 24 bits at 84 MHz / 32. One to the TMC5160 has 40 bits at 84 MHz / 16.
 const WIRE: [(Chip, u64); 3] = [(Chip::Tmc429(0), 32 * 128), (Chip::Tmc262(0), 24 * 64), (Chip::Tmc5160(0), 40 * 32)];
 
 /// Kinds of commands; `@` stands for the address of the next command.
@@ -35,7 +35,7 @@ pub(crate) const KINDS: [(&str, &str); 12] = [
     ("SIO", "SIO 0, 2, 1"),
     ("GAP 1, one register of a chip", "GAP 1, 0"),
 ];
-/// Which of them the budgets are about: arithmetic and branches, user variables, and GAP 5.
+/// The kinds of commands that the budgets are about: arithmetic and branches, user variables, and GAP 5.
 const ARITHMETIC: Range<usize> = 0..6;
 const VARIABLES: Range<usize> = 6..9;
 const PLAIN: Range<usize> = 9..10;
@@ -45,7 +45,7 @@ pub(crate) const BUDGETED: usize = PLAIN.end;
 /// Counts the rounds in user variable 0.
 const COUNT: [&str; 4] = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2", "JA 0"];
 
-/// What all rounds of a loop took, over what the core does without a program.
+/// The totals of all rounds of a loop, without what the core does when there is no program.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     rounds: f64,
@@ -54,7 +54,7 @@ struct Run {
     instructions: f64,
 }
 
-/// What the budgets are about: the most cycles that a command takes.
+/// The figures that the budgets are about: the most cycles that a command takes.
 #[derive(Debug, Default)]
 pub(crate) struct Commands {
     /// Of arithmetic and branches.

@@ -231,7 +231,7 @@ impl Host {
         Ok(Exchange { asked: cycle(asked), over: cycle(over), answered: cycle(answered), reply })
     }
 
-    /// That there is no reply, and what the module has logged.
+    /// Tells in words that there is no reply, and what the module has logged.
     fn silence(&mut self, command: Command) -> String {
         let mut text = format!("{command}: no reply within {} s; ", PATIENCE / SECOND);
         let log = self.machine.log().take();

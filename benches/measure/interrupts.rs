@@ -37,7 +37,7 @@ pub(crate) fn name(exception: u16) -> Option<&'static str> {
     NAMES.iter().find(|(interrupt, _)| interrupt + FIRST == exception).map(|(_, name)| *name)
 }
 
-/// What has been seen.
+/// The observations so far.
 #[derive(Default)]
 struct Watch {
     /// Where the last step ended.

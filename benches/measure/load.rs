@@ -12,11 +12,11 @@ use super::statistics::{grouped, percent};
 
 /// The exception of TIM3, in which the owner of the module runs.
 pub(crate) const OWNER: u16 = 16 + 29;
-/// Those in which a node of CANopen runs: of TIM3, free mailboxes and both receive queues.
+/// The exceptions in which a node of CANopen runs: those of TIM3, free mailboxes and both receive queues.
 pub(crate) const OWNERS: [u16; 4] = [OWNER, 16 + 19, 16 + 20, 16 + 21];
 
-/// What the core does, the program that makes it do so, and what is told before, each axis where its number stands for
-/// the #.
+/// The work of the core, the program that makes it do so, and the commands that are sent before. Those with a # are
+/// sent to each axis, with its number in the place of the #.
 type Row = (&'static str, &'static [&'static str], &'static [&'static str]);
 
 pub(crate) const ROWS: [Row; 6] = [
@@ -65,19 +65,20 @@ pub(crate) const THREE_AXES: [Row; 7] = {
     ]
 };
 
-/// Places of the rows that the budgets are about: at rest, with all axes moving, with all of them searching, and on lines.
+/// Places of the rows that the budgets are about: at rest, with all axes moving, with all of them searching, and on
+/// lines.
 const BUDGETED: [usize; 4] = [0, 1, 3, 6];
 
 /// Cycles and instructions.
 #[derive(Clone, Copy, Debug, Default)]
 struct Use {
     cycles: u64,
-    /// Those on the wire of the motion bus.
+    /// Cycles on the wire of the motion bus.
     wire: u64,
     instructions: u64,
 }
 
-/// What has been seen of the core.
+/// The observed use of the core.
 #[derive(Debug, Default)]
 pub(crate) struct Load {
     cycles: u64,
@@ -87,7 +88,7 @@ pub(crate) struct Load {
     datagrams: u64,
 }
 
-/// What the budgets are about.
+/// The figures that the budgets are about.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Budgeted {
     /// The share of the core that the owner takes, in parts of a million; and the same less the SPI wire.
@@ -171,7 +172,7 @@ pub(crate) fn datagrams(machine: &mut Machine) -> u64 {
 }
 
 impl Load {
-    /// What these exceptions have done.
+    /// Sums up what these exceptions have done.
     fn by_any(&self, exceptions: &[u16]) -> Use {
         let uses = exceptions.iter().filter_map(|exception| self.by.get(exception));
         uses.fold(Use::default(), |sum, one| Use {

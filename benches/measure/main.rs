@@ -12,8 +12,9 @@
 //! | `budgets` | what the design allows |
 //! | `profile` | where the cycles of one reply go |
 //!
-//! `arguments` reads what is asked for; `host` talks to the module, and `master` to a node of CANopen; `symbols` names addresses; `statistics` and `report`
-//! make tables; `parallel` runs several machines at a time. `tests/image/measure.rs` tests how it is used.
+//! `arguments` reads what is asked for; `host` talks to the module, and `master` to a node of CANopen; `symbols` names
+//! addresses; `statistics` and `report` make tables; `parallel` runs several machines at a time.
+//! `tests/image/measure.rs` tests how it is used.
 
 #[path = "../../tests/common/image.rs"]
 mod build;
@@ -104,20 +105,20 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
             return Ok(true);
         }
         Order::Measure { short, updates } => (if short { SHORT } else { FULL }, updates),
-        Order::Profile(Subject::Node(frame)) => return profile(&image(fw::CANOPEN)?, Subject::Node(frame)),
-        Order::Profile(subject) => return profile(&image(fw::TMCL)?, subject),
+        Order::Profile(Subject::Node(frame)) => return profile(&image(xtask::CANOPEN)?, Subject::Node(frame)),
+        Order::Profile(subject) => return profile(&image(xtask::TMCL)?, subject),
         Order::Sister(name, subject) => return profile(&image(name)?, subject),
     };
     let images = Images {
-        tmcl: image(fw::TMCL)?,
-        node: image(fw::CANOPEN)?,
+        tmcl: image(xtask::TMCL)?,
+        node: image(xtask::CANOPEN)?,
         six: image("tmcm6110")?,
         three: image("tmcm3212")?,
     };
     let mut report = Report::default();
     let kept = measure(&images, &extent, &mut report)?;
     if updates {
-        report.write(&fw::workspace()?.join(PAGE))?;
+        report.write(&xtask::workspace()?.join(PAGE))?;
     }
     Ok(kept)
 }

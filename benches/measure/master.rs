@@ -15,7 +15,7 @@ pub(crate) const SYNC: u32 = 0x80;
 pub(crate) const EMERGENCY: u32 = 0x80 + NODE;
 pub(crate) const REPLY: u32 = 0x580 + NODE;
 pub(crate) const REQUEST: u32 = 0x600 + NODE;
-/// What the node sends and receives as its PDOs, the first of four each.
+/// Identifiers of the PDOs that the node sends and receives, the first of four each.
 pub(crate) const TRANSMITTED: u32 = 0x180 + NODE;
 pub(crate) const RECEIVED: u32 = 0x200 + NODE;
 /// Distance of the identifiers of two PDOs.
@@ -122,7 +122,7 @@ impl Master {
         self.cycle(self.machine.now() + duration(&frame))
     }
 
-    /// What the node has sent since the last call.
+    /// Takes the frames that the node has sent since the last call.
     pub(crate) fn heard(&mut self) -> Vec<Heard> {
         let sent = self.machine.can().take_sent();
         let heard = |(end, frame): &(Nanos, CanFrame)| Heard {

@@ -1,4 +1,4 @@
-//! What the image takes up: flash, statics, stack.
+//! The memory that the image takes up: flash, statics, stack.
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use object::{Object, ObjectSection, SectionFlags, elf};
@@ -33,7 +33,7 @@ const CYCLES: i32 = 50;
 const LEFT_SWITCH: u8 = 17;
 /// Bit of the statusword: the home position is found.
 const ATTAINED: u32 = 1 << 12;
-/// What 1023h.2 reads after a command that was executed.
+/// The value of 1023h.2 after a command that was executed.
 const EXECUTED: u32 = 1;
 
 /// A stage with both switches, for the search.

@@ -6,7 +6,7 @@ use std::thread;
 
 use super::host::Failure;
 
-/// What `act` makes of each item, in their order.
+/// Applies `act` to each item. Gives the results in the order of the items.
 pub(crate) fn map<T: Sync, R: Send>(
     items: &[T],
     act: impl Fn(&T) -> Result<R, Failure> + Sync,

@@ -14,22 +14,22 @@ use super::symbols::Symbols;
 
 /// The exceptions in which the owner runs: of TIM3, and of received CAN frames.
 const OWNERS: [u16; 2] = [OWNER, 16 + 20];
-/// The functions that look at the links: whether there is a request on RS485, and whether an interrupt of the owner's is
-/// pending.
+/// The functions that look at the links: whether there is a request on RS485, and whether an interrupt of the owner's
+/// is pending.
 const LOOKS: [&str; 2] = ["stm32f4::rs485::request", "runtime::owner::Owner::wanted"];
 
 /// Time for each command that is sent while the owner is watched.
 const EACH: Nanos = 2 * MILLISECOND;
 
-/// What the owner does. In the commands an axis' number stands for the #.
+/// The work of the owner. In the commands an axis' number stands for the #.
 struct Work {
     name: &'static str,
     world: &'static str,
-    /// What is told before.
+    /// The commands that are sent before.
     before: &'static [&'static str],
     /// The program that runs.
     program: &'static [&'static str],
-    /// What is asked over CAN, for as long as the owner is watched.
+    /// The requests over CAN, for as long as the owner is watched.
     asked: &'static [&'static str],
     /// How long it is watched after that.
     span: Nanos,
@@ -108,15 +108,15 @@ const BUDGETED: usize = 7;
 /// Watches the owner.
 struct Watch<'s> {
     symbols: &'s Symbols<'s>,
-    /// What is known of the places of the program.
+    /// Places of the program that are known, and whether each is a look at the links.
     looks: HashMap<u32, bool>,
     /// The cycle of the last look; `None` while the owner is not at work.
     since: Option<u64>,
     longest: u64,
 }
 
-/// Measures the longest pieces of two images. Gives how much longer that of the second one is, in thousandths, in the work
-/// in which it is so most.
+/// Measures the longest pieces of two images. Gives how much longer that of the second one is, in thousandths, in the
+/// work in which it is so most.
 pub(crate) fn measure(one: &[u8], six: &[u8], report: &mut Report) -> Result<u64, Failure> {
     let images = parallel::map(&[one, six], |elf| longest(elf))?;
     let mut most = 0;

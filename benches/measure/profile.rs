@@ -33,7 +33,7 @@ struct Visit {
     start: u64,
     /// Cycles in it and in what it calls.
     cycles: u64,
-    /// Those in itself.
+    /// Cycles in the function itself.
     own: u64,
     instructions: u64,
 }

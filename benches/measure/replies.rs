@@ -13,7 +13,7 @@ use super::statistics::{Spread, grouped};
 /// A command: its name in the table, and itself.
 type Named = (&'static str, &'static str);
 
-/// What is asked of a module at rest.
+/// Commands that are sent to a module at rest.
 const AT_REST: [Named; 5] = [
     ("GAP 5", "GAP 5, 0"),
     ("GGP 66", "GGP 66, 0"),
@@ -21,7 +21,7 @@ const AT_REST: [Named; 5] = [
     ("GAP 1, one register of a chip", "GAP 1, 0"),
     ("SAP 4", "SAP 4, 0, 1000"),
 ];
-/// What makes it move, and changes the target while it does. The first MVP after ROR has more to do.
+/// Commands that make the module move, and change the target while it does. The first MVP after ROR has more to do.
 const MOVING: [Named; 4] = [
     ("ROR", "ROR 0, 200"),
     ("MST", "MST 0"),
@@ -62,7 +62,7 @@ struct Samples {
     datagrams: [Vec<u64>; CHIPS.len()],
 }
 
-/// What the budgets are about: medians.
+/// The figures that the budgets are about: medians.
 #[derive(Debug, Default)]
 pub(crate) struct Budgeted {
     /// Of replies without an access to a chip, the longest.
@@ -78,7 +78,7 @@ pub(crate) struct Budgeted {
     pub(crate) datagrams: u64,
 }
 
-/// They are about these links.
+/// The figures of the links that the budgets are about.
 #[derive(Debug, Default)]
 pub(crate) struct Replies {
     /// At 9 600, 115 200 and 230 400 bit/s.
@@ -90,7 +90,7 @@ pub(crate) struct Replies {
 }
 
 impl Samples {
-    /// What the core's waits for the flash memory add to the median.
+    /// Computes the cycles that the core's waits for the flash memory add to the median.
     fn added(&self) -> u64 {
         median(&self.stalled).saturating_sub(median(&self.cycles))
     }

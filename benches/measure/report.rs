@@ -1,4 +1,4 @@
-//! What is printed, and written to the page of the documentation: Markdown.
+//! The report, which is printed, and written to the page of the documentation: Markdown.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -7,7 +7,7 @@ use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
 
-/// What is asked over RS485.
+/// The request over RS485.
 const ASKED: &str = "GAP 5, 0";
 /// How the samples' distances from the poll differ.
 const SHIFT: u64 = 137 * MICROSECOND;

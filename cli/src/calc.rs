@@ -13,21 +13,21 @@ use crate::tell;
 
 /// Convert speeds, accelerations, times and currents between the units of a product; tell how long a move takes
 ///
-/// The numbers of a product with a TMC429 are internal units of this motion controller (int), which mean what pulse
-/// and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
-/// of its chip (chip). What a motor does is in full steps per second, turns per second (rps) and per minute (rpm).
-/// Accelerations are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. With --lead there are mm/s and mm/s2,
-/// of what a lead screw or a belt moves. Times are in us, ms, s, min, and in what a product has them in, such as x10 ms.
+/// The numbers of a product with a TMC429 are internal units of this motion controller (int), which mean what pulse and
+/// ramp divisor make of them. Those of a TMCM-3212 are microsteps per second (pps), which it makes units of its chip
+/// (chip). What a motor does is in full steps per second, turns per second (rps) and per minute (rpm). Accelerations
+/// are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. With --lead there are mm/s and mm/s2, of
+/// what a lead screw or a belt moves. Times are in us, ms, s, min, and in what a product has them in, such as x10 ms.
 /// Currents are in A and mA, RMS as in the products' data sheets.
 ///
 /// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so
 /// it has something next to that, which is in the column "gets".
 ///
-/// "move DISTANCE at SPEED with ACCELERATION" tells how far and how long the motor speeds up, goes at full speed and slows
-/// down; distances are in microsteps, full steps, turns or mm. "stop from SPEED with ACCELERATION" tells how far a motor goes
-/// on that turns at a speed. The ramp of a TMCM-3212 may have more points: vstart SPEED, a1 ACCELERATION, v1 SPEED, dmax
-/// ACCELERATION, d1 ACCELERATION and vstop SPEED, its parameters 19, 15, 16, 17, 18 and 20; without dmax it slows down as
-/// it speeds up.
+/// "move DISTANCE at SPEED with ACCELERATION" tells how far and how long the motor speeds up, goes at full speed and
+/// slows down. Distances are in microsteps, full steps, turns or mm. "stop from SPEED with ACCELERATION" tells how far
+/// a motor goes on that turns at a speed. The ramp of a TMCM-3212 may have more points: vstart SPEED, a1 ACCELERATION,
+/// v1 SPEED, dmax ACCELERATION, d1 ACCELERATION and vstop SPEED. They are its parameters 19, 15, 16, 17, 18 and 20.
+/// Without dmax it slows down as it speeds up.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

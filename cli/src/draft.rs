@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// A file that is being written, beside the one that it will be. It is removed if it is never finished.
 #[derive(Debug)]
 pub(crate) struct Draft {
-    /// What it will be.
+    /// The path of the file that it will be.
     path: PathBuf,
     /// Where it is written; `None` for what is no file on a disk, such as a pipe, which is written directly.
     beside: Option<PathBuf>,

@@ -19,9 +19,9 @@ use crate::tell;
 /// Read the program in a module back as source
 ///
 /// The source assembles to the same commands again. Labels are named after their addresses, and parameters are named in
-/// comments; names and comments that the program had are not in the module. All of program memory is read, up to the last
-/// command that is not empty: routines that only a host starts may lie anywhere. A comment says where the program that
-/// begins at address 0 ends. A program that runs is not disturbed.
+/// comments; names and comments that the program had are not in the module. All of program memory is read, up to the
+/// last command that is not empty: routines that only a host starts may lie anywhere. A comment says where the program
+/// that begins at address 0 ends. A program that runs is not disturbed.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

@@ -29,7 +29,7 @@ pub enum Failure {
     Interrupted {
         /// The number of the signal.
         signal: u8,
-        /// What the user has to know about it; empty if nothing is left half done.
+        /// The facts that the user has to know about it; empty if nothing is left half done.
         message: String,
     },
     /// Nobody reads standard output any more, as behind `| head`; nothing is said about it, and the exit code is 141.
@@ -81,10 +81,10 @@ impl From<tmcl_tools::failure::Failure> for Failure {
     }
 }
 
-/// What a signal has ended fails so.
+/// Failures of work that a signal has ended.
 pub(crate) trait Ended: Stop {
-    /// The failure of a subcommand that has been asked to end, with what the user has to know about it; nothing is said if that
-    /// is empty.
+    /// The failure of a subcommand that has been asked to end, with what the user has to know about it; nothing is said
+    /// if that is empty.
     fn failure(&self, message: impl Into<String>) -> Failure {
         self.interrupted(&message.into()).into()
     }

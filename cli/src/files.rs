@@ -62,8 +62,8 @@ pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// Standard input, which may be a terminal where nothing comes for ever. It ends at a signal, even where the signal does
-/// not end the program by itself.
+/// Standard input, which may be a terminal where nothing comes for ever. It ends at a signal, even where the signal
+/// does not end the program by itself.
 struct Typed {
     input: Input,
     wait: Wait,

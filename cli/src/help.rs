@@ -4,7 +4,8 @@ use clap::builder::{Resettable, StyledStr};
 use tmcl_server::pty;
 use tmcl_tools::product;
 
-/// What help says where serial ports have paths and `tmcl sim` makes such ports, and what it says in its place on Windows.
+/// Texts of the help where serial ports have paths and `tmcl sim` makes such ports, and the texts in its place on
+/// Windows.
 const ON_WINDOWS: [(&str, &str); 16] = [
     (
         "Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP port, or",
@@ -51,8 +52,8 @@ const ON_WINDOWS: [(&str, &str); 16] = [
 /// Options of `tmcl sim` for ports that are pseudo terminals.
 const PSEUDO_TERMINALS: [&str; 3] = ["serial", "rs485", "slcan"];
 
-/// The same command, whose help has the products in the places that [`product::told`] knows, and nothing that this operating
-/// system does not have.
+/// The same command, whose help has the products in the places that [`product::told`] knows, and nothing that this
+/// operating system does not have.
 pub fn told(command: clap::Command) -> clap::Command {
     if pty::EXIST { texts(command, &product::told) } else { on_windows(command) }
 }

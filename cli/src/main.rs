@@ -13,8 +13,8 @@ use tmcl_cli::{
 
 /// Virtual Trinamic stepper motor modules - {all} - and tools for TMCL, the language they speak.
 ///
-/// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
-/// it prints; talk to a module - virtual or real - with the other commands.
+/// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that it prints.
+/// Talk to a module - virtual or real - with the other commands.
 #[derive(Parser, Debug)]
 #[command(name = "tmcl", version = version::SHORT, long_version = version::LONG.as_str(), max_term_width = 100, after_long_help = EXAMPLES)]
 struct Arguments {
@@ -61,8 +61,8 @@ enum Command {
     Manual(manual::Options),
 }
 
-/// The same command, where a number below 0 is a value and no option: whether it can be one there is for the reader of that
-/// value to say.
+/// The same command, where a number below 0 is a value and no option: whether it can be one there is for the reader of
+/// that value to say.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let command = command.mut_args(|argument| match argument.get_action().takes_values() {
         true => argument.allow_negative_numbers(true),

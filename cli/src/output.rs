@@ -11,8 +11,8 @@ use crate::draft::Draft;
 use crate::failure::Failure;
 use crate::files::is_standard;
 
-/// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be written
-/// is noticed before a motor has moved.
+/// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be
+/// written is noticed before a motor has moved.
 #[derive(Debug)]
 pub struct Output {
     /// The option that names it, in front of messages; empty for an argument without an option.
@@ -40,8 +40,8 @@ impl Output {
         Self::to(option, path, || Ok(To::Draft(begin()?, Vec::new())))
     }
 
-    /// The same for what grows for as long as the work goes on, and is worth something before its end. A file that exists
-    /// is emptied.
+    /// The same for what grows for as long as the work goes on, and is worth something before its end. A file that
+    /// exists is emptied.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -95,8 +95,8 @@ impl Output {
     }
 }
 
-/// An error that is not of standard output has a [`Failure`] inside, which names the file. What is flushed can be read by
-/// others; a file that takes the place of an older one does so only when it is finished.
+/// An error that is not of standard output has a [`Failure`] inside, which names the file. What is flushed can be read
+/// by others; a file that takes the place of an older one does so only when it is finished.
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.to {

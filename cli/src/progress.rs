@@ -76,7 +76,7 @@ impl Bar {
     }
 }
 
-/// What a [`Bar`] shows, as a function.
+/// A [`Bar`] as a function that shows how far the job has got.
 pub fn bar() -> impl FnMut(tmcl_tools::progress::Progress<'_>) {
     let mut bar = Bar::default();
     move |told| bar.tell(told)
@@ -93,8 +93,8 @@ pub fn bar_after(patience: Duration) -> impl FnMut(tmcl_tools::progress::Progres
     }
 }
 
-/// The bar on a terminal with so many columns, without the last of them: the next line would begin behind that. Where it
-/// is narrow the bar is shorter, or left out, and at last the text is cut.
+/// The bar on a terminal with so many columns, without the last of them: the next line would begin behind that. Where
+/// it is narrow the bar is shorter, or left out, and at last the text is cut.
 fn drawn(what: &str, percent: usize, columns: usize) -> String {
     let (text, end) = (what.chars().count(), format!(" {percent:3} %"));
     let room = columns.saturating_sub(1 + end.len());

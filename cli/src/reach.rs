@@ -18,8 +18,8 @@ pub struct Reach {
     /// Where the module is: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
     ///
     /// The path of a serial device (USB, an RS485 adapter, the serial port of `tmcl sim`), tcp:HOST:PORT (the TCP port
-    /// of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter), or sim for a virtual module that
-    /// lives only as long as this program.
+    /// of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter). The word sim stands for a virtual
+    /// module that lives only as long as this program.
     #[arg(value_name = "LINK", value_parser = LinkTarget::parse)]
     pub link: LinkTarget,
 
@@ -40,9 +40,9 @@ pub struct LinkOptions {
 
     /// Take the reply of any module, whatever address is in it
     ///
-    /// A module puts its own address into its reply, also where it was asked by its secondary one (global parameter 87), or over
-    /// a link to it alone. On USB (/dev/ttyACM*), at the port of `tmcl sim --serial` and for LINK sim that is taken anyway;
-    /// elsewhere a reply from another address than --address is passed over.
+    /// A module puts its own address into its reply, also where it was asked by its secondary one (global parameter
+    /// 87), or over a link to it alone. On USB (/dev/ttyACM*), at the port of `tmcl sim --serial` and for LINK sim that
+    /// is taken anyway; elsewhere a reply from another address than --address is passed over.
     #[arg(long, global = true)]
     pub any_address: bool,
 
@@ -60,7 +60,7 @@ pub struct LinkOptions {
     )]
     pub timeout: u64,
 
-    /// What the module is: {numbers}; without it the module is asked where that matters
+    /// The module's product: {numbers}; without it the module is asked where that matters
     ///
     /// Which parameters there are, their names, and the names in programs depend on it. The module tells it by command
     /// 136, which is not sent if this is given. For LINK sim it says what the virtual module is, a TMCM-1140 without
@@ -71,12 +71,12 @@ pub struct LinkOptions {
     /// Write a line for each telegram or frame on the link: time, direction, bytes and what they say
     ///
     /// The time is in seconds since the link was opened; of LINK sim it is the virtual time. A file that exists is
-    /// emptied; - is standard output. Values have names and units as soon as it is known what the module is: by --product,
-    /// or when it has told it.
+    /// emptied; - is standard output. Values have names and units as soon as it is known what the module is: by
+    /// --product, or when it has told it.
     #[arg(long, value_name = "FILE", global = true, value_parser = LogFile::named)]
     pub log_telegrams: Option<LogFile>,
 
-    /// What surrounds the virtual module of LINK sim
+    /// The surroundings of the virtual module of LINK sim
     #[command(flatten)]
     pub surroundings: Surroundings,
 }

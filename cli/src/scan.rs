@@ -40,16 +40,16 @@ pub struct Options {
 
     /// How long to wait for each reply, in milliseconds
     ///
-    /// Modules may be set to pause for up to 255 milliseconds before they reply (global parameter 75).
-    /// Without it 50; over TCP, where a module is mostly alone and the way to it may be long, the first question has 2000.
+    /// Modules may be set to pause for up to 255 milliseconds before they reply (global parameter 75). Without it 50;
+    /// over TCP, where a module is mostly alone and the way to it may be long, the first question has 2000.
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=600_000))]
     pub timeout: Option<u64>,
 
     /// Print each module as a line of JSON
     ///
-    /// Its fields are address (on CAN identifier), baud (on a serial device), alone (the link leads to one module,
-    /// whatever the address), secondary_of (the own address of a module that has answered at its secondary one), product,
-    /// firmware, version. What is not known is left out.
+    /// Its fields are address (on CAN identifier), baud (on a serial device), alone, secondary_of, product, firmware,
+    /// version. The field alone tells that the link leads to one module, whatever the address. The field secondary_of
+    /// is the own address of a module that has answered at its secondary one. What is not known is left out.
     #[arg(long)]
     pub json: bool,
 
@@ -84,7 +84,7 @@ fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
 }
 
 impl Options {
-    /// What is looked for.
+    /// The search that the options ask for.
     fn search(&self) -> Search {
         let medium = match self.link {
             LinkTarget::Serial(_) => Medium::Serial(self.baud.map_or_else(|| BAUD_RATES.into(), |baud| vec![baud])),

@@ -13,12 +13,12 @@ use crate::output::Output;
 
 /// Write the parameters of a product, or the objects of the CANopen firmware, as JSON for other programs
 ///
-/// Of each parameter: number, name, ranges, unit, default, and whether it is stored. `tmcl params list` shows the values
-/// of a module as well, and `tmcl eds` has the objects for masters.
+/// Of each parameter: number, name, ranges, unit, default, and whether it is stored. `tmcl params list` shows the
+/// values of a module as well, and `tmcl eds` has the objects for masters.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// Whose parameters
+    /// The product of the parameters
     #[arg(value_name = "PRODUCT", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
 

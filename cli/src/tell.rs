@@ -1,8 +1,8 @@
-//! What is told to people and programs on standard output and standard error.
+//! Messages to people and programs on standard output and standard error.
 //!
-//! Much of it comes from elsewhere: lines of files, names, what a module or a simulator has answered. Characters in it that
-//! control a terminal could clear its screen, change its title or show text in another order than it has, so they are shown
-//! and never sent.
+//! Much of it comes from elsewhere: lines of files, names, what a module or a simulator has answered. Characters in it
+//! that control a terminal could clear its screen, change its title or show text in another order than it has, so they
+//! are shown and never sent.
 
 use std::fmt;
 use std::io::{self, IsTerminal, Stderr, StdoutLock, Write};
@@ -38,7 +38,7 @@ impl Colours {
     }
 }
 
-/// What a word is, where that shows by a colour.
+/// The role of a word, where that shows by a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// The head of an error.
@@ -125,8 +125,8 @@ impl<W: Write + IsTerminal> Shown<W> {
 }
 
 impl<W: Write + RawStream> Shown<W> {
-    /// Writes a text in the colour of its tone, if colours are wanted, and what stands before and behind it. It is written all
-    /// at once, as everything is.
+    /// Writes a text in the colour of its tone, if colours are wanted, and what stands before and behind it. It is
+    /// written all at once, as everything is.
     ///
     /// # Errors
     /// It cannot be written.

@@ -25,7 +25,7 @@ pub static LONG: LazyLock<String> = LazyLock::new(|| {
     text.trim_end().into()
 });
 
-/// What stands in the place of the commit in a build that does not leave its checkout: see build.rs.
+/// The text that stands in the place of the commit in a build that does not leave its checkout: see build.rs.
 const OF_A_CHECKOUT: &str = "a build of a checkout";
 
 /// Puts the commit of the checkout into the version of such a build. `text` is as [`SHORT`] or [`LONG`].
@@ -43,8 +43,8 @@ pub fn with_commit(text: &str) -> String {
     Some(text).filter(|text| text.contains(OF_A_CHECKOUT)).and_then(git).unwrap_or_else(|| text.into())
 }
 
-/// The checkout of this build: the one in which it lies, or, where Cargo builds elsewhere, the one for which Cargo runs it.
-/// It may have been moved, or copied, since this was compiled.
+/// The checkout of this build: the one in which it lies, or, where Cargo builds elsewhere, the one for which Cargo runs
+/// it. It may have been moved, or copied, since this was compiled.
 fn checkout() -> Option<PathBuf> {
     let package = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
     let places = [env::current_exe().ok(), package];

@@ -39,9 +39,10 @@ const USUAL: Duration = Duration::from_secs(5);
 
 /// Change the world around a virtual module, its time too, and look at it: switches, loads, faults, supply
 ///
-/// Sends commands to the control port of `tmcl sim --control ADDR:PORT`, one after the other, and prints the answer to
-/// each, a line of JSON, or with --text lines for people. docs/control.md has all commands, faults, and fields of a state; the module itself is asked by
-/// `tmcl send`. Lines of a `watch` are printed as they come; behind `watch` as the last command until Ctrl-C.
+/// Sends commands to the control port of `tmcl sim --control ADDR:PORT`, one after the other. Prints the answer to
+/// each, a line of JSON, or with --text lines for people. docs/control.md has all commands, faults, and fields of a
+/// state; the module itself is asked by `tmcl send`. Lines of a `watch` are printed as they come; behind `watch` as the
+/// last command until Ctrl-C.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -145,8 +146,8 @@ fn is_one_of(names: &[&str], command: &str) -> bool {
 }
 
 impl Options {
-    /// Prints a line that came while this command was carried out, or a field of it. `done` is false for the answer to a
-    /// command that was refused.
+    /// Prints a line that came while this command was carried out, or a field of it. `done` is false for the answer to
+    /// a command that was refused.
     fn print(&self, command: &str, line: &str, told: Map<String, Value>, done: bool) -> Result<(), Failure> {
         let mut out = tell::out();
         match &self.value {
@@ -167,8 +168,8 @@ impl Options {
     }
 }
 
-/// An answer as people read it: a line for each field, and for a state first what all axes have in common, then a column for
-/// each axis.
+/// An answer as people read it: a line for each field, and for a state first what all axes have in common, then a
+/// column for each axis.
 fn table(told: &Map<String, Value>) -> String {
     let axes: Vec<Vec<(String, String)>> = told
         .get(AXES)
@@ -228,8 +229,8 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// A field of an answer as it is printed; `None` if the answer tells nothing, or if it only tells the time and that is not
-/// asked for. The error lists the names there are.
+/// A field of an answer as it is printed; `None` if the answer tells nothing, or if it only tells the time and that is
+/// not asked for. The error lists the names there are.
 fn field_of(answer: Map<String, Value>, path: &str) -> Result<Option<String>, String> {
     let is_asked_for = |key: &String| path.split('.').next() == Some(key);
     if answer.keys().all(|key| FOR_TIME.contains(&key.as_str())) && !answer.keys().any(is_asked_for) {
@@ -253,7 +254,7 @@ fn field_of(answer: Map<String, Value>, path: &str) -> Result<Option<String>, St
     }))
 }
 
-/// What to say of a name that is none of the fields of a value.
+/// The message about a name that is none of the fields of a value.
 fn missing(value: &Value, name: &str) -> String {
     match value {
         Value::Object(fields) => {
@@ -296,8 +297,8 @@ impl Port {
         sent.map_err(|error| failed(command, &Self::why(error, Some(self.timeout))))
     }
 
-    /// The next line that comes, as it came and taken apart: the answer to this command, or a line of a watch. Without a
-    /// `timeout` it is waited for without end.
+    /// The next line that comes, as it came and taken apart: the answer to this command, or a line of a watch. Without
+    /// a `timeout` it is waited for without end.
     fn line(&mut self, command: &str, timeout: Option<Duration>) -> Result<(String, Map<String, Value>), Failure> {
         let mut bytes = Vec::new();
         let set = self.lines.get_ref().set_read_timeout(timeout);

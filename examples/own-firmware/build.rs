@@ -1,5 +1,5 @@
-//! What the linker is told: the scripts that it is to follow, and that sections need not begin at a multiple of 64 KiB. The
-//! crates on which the firmware depends bring the scripts, `memory.x` among them.
+//! Arguments for the linker: the scripts that it is to follow, and that sections need not begin at a multiple of 64
+//! KiB. The crates on which the firmware depends bring the scripts, `memory.x` among them.
 
 fn main() {
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

@@ -3,9 +3,9 @@
 /// A point in virtual time, or a span of it, in nanoseconds (584 years before it wraps).
 pub type Nanos = u64;
 
-/// One microsecond.
+/// A microsecond.
 pub const MICROSECOND: Nanos = 1_000;
-/// One millisecond.
+/// A millisecond.
 pub const MILLISECOND: Nanos = 1_000_000;
-/// One second.
+/// A second.
 pub const SECOND: Nanos = 1_000_000_000;

@@ -84,16 +84,17 @@ impl Fault {
     }
 }
 
-/// What has become of the CAN controller by disturbances on the bus.
+/// The state that disturbances on the bus have brought the CAN controller into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CanState {
-    /// It takes part in the bus.
+    /// The controller takes part in the bus.
     #[default]
     On,
-    /// It takes part, but has met so many errors that it does not tell others of errors any more ("error passive").
+    /// The controller takes part, but has met so many errors that it does not tell others of errors any more ("error
+    /// passive").
     Passive,
-    /// It takes no part any more: nothing leaves, and nothing arrives ("bus off").
+    /// The controller takes no part any more: nothing leaves, and nothing arrives ("bus off").
     Off,
 }
 

@@ -1,4 +1,4 @@
-//! What carries bytes: a serial device or a connection.
+//! The device of a link, which carries bytes: a serial device or a connection.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -26,8 +26,8 @@ impl Device {
         }
     }
 
-    /// Reads what has come, or comes until an instant: the number of bytes, which is 0 at the end of a connection. `None` if
-    /// nothing comes by then.
+    /// Reads what has come, or comes until an instant: the number of bytes, which is 0 at the end of a connection.
+    /// `None` if nothing comes by then.
     pub(super) fn read_by(&mut self, bytes: &mut [u8], until: Instant) -> Result<Option<usize>, LinkError> {
         let read = match self {
             Device::Serial(port) => read_serial(port, bytes, until),

@@ -10,8 +10,8 @@ use tmcm::tmcl::binary::Telegram;
 use crate::device::Device;
 use crate::signal::Wait;
 
-/// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks to it
-/// ends as it should.
+/// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks
+/// to it ends as it should.
 const GRACE: Duration = Duration::from_millis(500);
 /// Time between two looks for a signal.
 const LOOK: Duration = Duration::from_millis(50);
@@ -42,8 +42,8 @@ impl Patience {
         Instant::now() >= self.until
     }
 
-    /// Reads what comes from a device: the number of bytes, or `None` if nothing comes in time. However much comes, a signal is
-    /// noticed, and the time ends.
+    /// Reads what comes from a device: the number of bytes, or `None` if nothing comes in time. However much comes, a
+    /// signal is noticed, and the time ends.
     fn read(&mut self, device: &mut Device, bytes: &mut [u8]) -> Result<Option<usize>, LinkError> {
         while !self.is_over() {
             let now = Instant::now();
@@ -145,7 +145,7 @@ mod tests {
         (near, listener.accept().unwrap().0)
     }
 
-    /// What came too late is thrown away in front of the next request, and those who listen hear it.
+    /// A reply that came too late is thrown away in front of the next request, and those who listen hear it.
     #[test]
     fn a_late_reply_is_heard_and_thrown_away() {
         let (mut tap, mut serial) = (Notes::default(), Serial::default());

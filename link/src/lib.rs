@@ -1,5 +1,5 @@
-//! The wires of an operating system to modules, for the tools: serial devices, TCP, and serial CAN adapters (SLCAN) over either;
-//! and signals that ask to end.
+//! The wires of an operating system to modules, for the tools: serial devices, TCP, and serial CAN adapters (SLCAN)
+//! over either; and signals that ask to end.
 
 mod device;
 mod exchange;
@@ -47,7 +47,7 @@ fn lost(error: impl Into<std::io::Error>) -> LinkError {
 pub struct Link {
     device: Device,
     framing: Box<dyn Framing>,
-    /// What kind of link it is, in logs.
+    /// The kind of the link, as logs name it.
     name: &'static str,
     timeout: Duration,
     tap: Box<dyn Tap>,
@@ -73,8 +73,8 @@ impl Link {
         Ok(link)
     }
 
-    /// Connects to a TCP port that carries the bytes of a serial link. `timeout` is the longest wait for the connection, and
-    /// for a reply.
+    /// Connects to a TCP port that carries the bytes of a serial link. `timeout` is the longest wait for the
+    /// connection, and for a reply.
     ///
     /// # Errors
     /// Nobody takes the connection.
@@ -106,7 +106,7 @@ impl Link {
         self.tap = tap;
     }
 
-    /// What kind of link it is, in logs.
+    /// The kind of the link, as logs name it.
     pub fn name(&self) -> &'static str {
         self.name
     }

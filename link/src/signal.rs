@@ -44,8 +44,8 @@ impl Wait {
 }
 
 impl EndSignal {
-    /// Watches for these signals, which from now on no longer end the program by themselves. SIGHUP is left alone if the
-    /// program was started with it ignored, as `nohup` does.
+    /// Watches for these signals, which from now on no longer end the program by themselves. SIGHUP is left alone if
+    /// the program was started with it ignored, as `nohup` does.
     ///
     /// # Errors
     /// The system refuses to watch for a signal.

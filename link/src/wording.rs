@@ -2,8 +2,8 @@
 
 use std::io::{self, ErrorKind};
 
-/// What an error of the operating system means to somebody who does not know the system's names and numbers. An error that
-/// this program has made itself says what it says.
+/// The meaning of an error of the operating system, for somebody who does not know the system's names and numbers. An
+/// error that this program has made itself says what it says.
 pub fn words(error: impl Into<io::Error>) -> String {
     of(&error.into())
 }

@@ -18,11 +18,11 @@ use crate::tcp::{Guest, MOST_CONNECTIONS};
 const LONGEST_LINE: usize = 4096;
 /// Lines of a client that are carried out in a turn of the simulator: those of all clients together hold up nobody.
 const LINES: usize = 4;
-/// Most bytes that wait for a client for which a line of its watch is added. It is less than what waits at most, so that
-/// there is room for the answer to a line.
+/// Most bytes that wait for a client for which a line of its watch is added. It is less than what waits at most, so
+/// that there is room for the answer to a line.
 const MOST_WAITING: usize = 32 * 1024;
-/// A step waits for a client that watches as long as it reads so many bytes in so much time by the clock. A client that reads
-/// nothing gets some, too, because the system finds room for them.
+/// A step waits for a client that watches as long as it reads so many bytes in so much time by the clock. A client that
+/// reads nothing gets some, too, because the system finds room for them.
 const PATIENCE: Duration = Duration::from_secs(1);
 const LEAST_READ: u64 = 256 * 1024;
 
@@ -40,7 +40,7 @@ pub struct Controller {
     heard: Instant,
     /// The answer to a line comes later; further lines wait until it has come.
     owed: bool,
-    /// What is told as time passes.
+    /// The watch, whose lines are told as time passes.
     watch: Option<Watch>,
     /// When it was looked last how much the client reads, and how much was written by then.
     looked: (Instant, u64),
@@ -132,7 +132,7 @@ impl Controller {
         self.stream.broken() || self.stream.ended() && self.stream.drained() && is_served
     }
 
-    /// What to wait for, as [`Stream::interest`] has it.
+    /// The descriptor and events to wait for, as [`Stream::interest`] has them.
     pub fn interest(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
         self.stream.interest(!self.wants_more())
     }
@@ -153,8 +153,8 @@ impl Watcher for Controller {
         self.watch.as_ref().map(Watch::due)
     }
 
-    /// Writes the lines of the watch that are due. Those for which the client has left no room are lost, but counted. The
-    /// room behind them is that of an answer.
+    /// Writes the lines of the watch that are due. Those for which the client has left no room are lost, but counted.
+    /// The room behind them is that of an answer.
     fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         let Some(watch) = &mut self.watch else { return };
         while watch.due() <= fleet.now() {
@@ -167,7 +167,8 @@ impl Watcher for Controller {
         }
     }
 
-    /// True if the next line of the watch would be lost, because the client, which goes on reading, has not read those before.
+    /// True if the next line of the watch would be lost, because the client, which goes on reading, has not read those
+    /// before.
     fn is_behind(&mut self) -> bool {
         let has_room = self.stream.waiting() < MOST_WAITING || self.stream.broken();
         let Some(watch) = self.watch.as_mut().filter(|watch| watch.is_awaited() && !has_room) else { return false };

@@ -1,9 +1,10 @@
 //! The file that keeps an EEPROM's contents.
 //!
-//! The file is held, as `held/` does it on each system, as long as the simulator runs. For each page that a module writes a
-//! new file is made and written to the disk before it replaces the old one, so that the path always leads to a complete file.
-//! Only then the page counts as written; if any of this fails, the firmware sees a failed page write. A simulator that is
-//! killed meanwhile leaves its new file behind; the next one to hold the old file removes it.
+//! The file is held, as `held/` does it on each system, as long as the simulator runs. For each page that a module
+//! writes a new file is made. It is written to the disk before it replaces the old one, so that the path always leads
+//! to a complete file. Only then the page counts as written; if any of this fails, the firmware sees a failed page
+//! write. A simulator that is killed meanwhile leaves its new file behind; the next one to hold the old file removes
+//! it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
@@ -202,15 +203,15 @@ fn unwatched(error: io::Error) -> Failure {
     Failure::Failed(format!("cannot watch for signals: {}", words(error)))
 }
 
-/// Which products have an EEPROM of so many bytes, in words behind the number.
+/// The products that have an EEPROM of so many bytes, in words behind the number.
 fn whose(size: u64) -> String {
     let names = Product::ALL.into_iter().filter(|product| product.kind().eeprom.size as u64 == size).map(Product::name);
     let names = names.collect::<Vec<_>>().join(" or ");
     if names.is_empty() { names } else { format!(" like that of a {names}") }
 }
 
-/// Removes what a simulator that was killed has left of new files for an EEPROM of `size` bytes. Who calls this has the lock
-/// of the file at `path`, so no other simulator makes new ones; one that tries to has locked its own.
+/// Removes what a simulator that was killed has left of new files for an EEPROM of `size` bytes. Who calls this has the
+/// lock of the file at `path`, so no other simulator makes new ones; one that tries to has locked its own.
 fn sweep(path: &Path, size: usize) {
     for left in left_beside(path) {
         let is_ours = |found: fs::Metadata| found.is_file() && found.len() <= size as u64;

@@ -27,7 +27,7 @@ impl Ending {
         Ok(Ending { signal: EndSignal::watch()?, stdin })
     }
 
-    /// What to wait for: one of these can be read when the end may have come.
+    /// The sources to wait for: one of these can be read when the end may have come.
     pub(crate) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         std::iter::once(self.signal.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
     }

@@ -10,9 +10,8 @@ use tmcm_sim::client::Client;
 
 use crate::stream::{Input, Stream};
 
-/// Silence after which an unfinished telegram is given up. The silence begins when bytes were read, and ends a
-/// telegram only if a later read found no bytes, so that a simulator that was held up for a moment does not tear a
-/// telegram.
+/// Silence after which an unfinished telegram is given up. The silence begins when bytes were read. It ends a telegram
+/// only if a later read found no bytes, so that a simulator that was held up for a moment does not tear a telegram.
 const GAP: Duration = Duration::from_micros(Framer::GAP.0);
 /// Silence after which an unfinished telegram on TCP is given up. It is longer, because Nagle's algorithm holds bytes
 /// back until an acknowledgement, which the peer may delay by 200 ms.
@@ -23,7 +22,7 @@ const ROOM: usize = 16 * TELEGRAM;
 /// Most bytes thrown away at once: more than a socket's buffer holds, but not without end.
 const MOST_THROWN_AWAY: usize = 16 << 20;
 
-/// What arrives from a client.
+/// An arrival from a client: bytes, or a silence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival<'a> {
     /// Bytes, at least one.
@@ -76,8 +75,8 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
             Input::Nothing | Input::Ended => {
                 if self.silence_ends().is_some_and(|end| end <= Instant::now()) {
                     self.heard = None;
-                    // What is held back is no whole telegram. The silence ends one that a host has begun, and somebody who
-                    // types in ASCII mode waits for the echo.
+                    // What is held back is no whole telegram. The silence ends one that a host has begun, and somebody
+                    // who types in ASCII mode waits for the echo.
                     let held = self.stream.release();
                     if !held.is_empty() {
                         take(Arrival::Bytes(&held));
@@ -129,7 +128,7 @@ mod tests {
         (host, Endpoint::new(Stream::new(module, 1), Client(1)))
     }
 
-    /// What the endpoint passes on: bytes, or `None` for a silence.
+    /// The items that the endpoint passes on: bytes, or `None` for a silence.
     fn received(endpoint: &mut Endpoint<Socket>) -> Vec<Option<Vec<u8>>> {
         let mut all = Vec::new();
         endpoint.receive(0, |arrival| {

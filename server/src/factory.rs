@@ -12,7 +12,7 @@ type Make<'a, M> = dyn Fn(&[Member<'_>]) -> Result<Fleet<M>, Failure> + 'a;
 
 /// Makes modules, always the same ones.
 pub(crate) struct Factory<'a, M> {
-    /// What each module is, and the world around it.
+    /// The model of each module, and the world around it.
     pub(crate) members: Vec<(Model, WorldConfig)>,
     /// Makes modules of these members, for each call new ones.
     pub(crate) make: Box<Make<'a, M>>,

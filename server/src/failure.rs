@@ -11,7 +11,7 @@ pub enum Failure {
     Failed(String),
     /// The options contradict each other; the message for the user.
     Arguments(String),
-    /// What the [console](crate::console::Console) has opened cannot be written.
+    /// An output that the [console](crate::console::Console) has opened cannot be written.
     Output(io::Error),
 }
 

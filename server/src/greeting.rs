@@ -1,13 +1,13 @@
-//! What a connection to a TCP port begins with: a host of modules, or a web browser.
+//! The beginning of a connection to a TCP port, which tells who connects: a host of modules, or a web browser.
 //!
-//! Any web page can make a browser connect to a port of this computer and send there what the page likes. What it likes comes
-//! behind the method of a request of HTTP and a blank, though, or behind the hello of TLS. So the first bytes of a connection
-//! are held back until it is known whether they are that.
+//! Any web page can make a browser connect to a port of this computer and send there what the page likes. What it likes
+//! comes behind the method of a request of HTTP and a blank, though, or behind the hello of TLS. So the first bytes of
+//! a connection are held back until it is known whether they are that.
 
 use tmcm::tmcl::binary::{self, TELEGRAM};
 
-/// Methods of HTTP (RFC 9110, PATCH of RFC 5789, PRI of RFC 9113, QUERY) and of WebDAV (RFC 4918). There are others, and a page
-/// may make up more: they are known by what follows them, which is no operand of a command.
+/// Methods of HTTP (RFC 9110, PATCH of RFC 5789, PRI of RFC 9113, QUERY) and of WebDAV (RFC 4918). There are others,
+/// and a page may make up more: they are known by what follows them, which is no operand of a command.
 const METHODS: [&str; 18] = [
     "CONNECT",
     "COPY",
@@ -28,20 +28,20 @@ const METHODS: [&str; 18] = [
     "TRACE",
     "UNLOCK",
 ];
-/// The shortest and the longest word that may be another method. With three letters a telegram has none of the commands of TMCL;
-/// and the longest that is registered has 17.
+/// The shortest and the longest word that may be another method. With three letters a telegram has none of the commands
+/// of TMCL; and the longest that is registered has 17.
 const SHORTEST: usize = 3;
 const LONGEST: usize = 24;
-/// What the address in a request to a proxy begins with.
+/// The beginning of the address in a request to a proxy.
 const SCHEME: &[u8] = b"http:";
-/// A record of a TLS handshake: its type, and the major version of its protocol. It is a telegram, too: the beginning of
-/// command 3 (MST) to the module with address 22.
+/// A record of a TLS handshake: its type, and the major version of its protocol. It is a telegram, too: the beginning
+/// of command 3 (MST) to the module with address 22.
 const TLS: [u8; 2] = [0x16, 3];
 
-/// Who is at the other end of a connection.
+/// The caller at the other end of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Caller {
-    /// What has come may be the beginning of either.
+    /// The bytes that have come may be the beginning of either.
     Unknown,
     /// A host of modules, or a client of the control port.
     Host,
@@ -77,8 +77,9 @@ impl Greeting {
     }
 }
 
-/// Who begins with these bytes. A telegram that begins with such a word has a letter, from 65 on, or `-` (45) for its command: a
-/// user function at best, for an axis that no module has. So no check sum makes a host of it: that of a request is up to the page.
+/// Tells who begins with these bytes. A telegram that begins with such a word has a letter, from 65 on, or `-` (45) for
+/// its command. That is a user function at best, for an axis that no module has. So no check sum makes a host of it:
+/// that of a request is up to the page.
 fn caller(bytes: &[u8]) -> Caller {
     if TLS.starts_with(bytes) || bytes.starts_with(&TLS) {
         return match bytes.first_chunk::<TELEGRAM>() {
@@ -101,7 +102,7 @@ fn caller(bytes: &[u8]) -> Caller {
     }
 }
 
-/// Who says this behind a word and a blank: a request of HTTP goes on with a path, `*`, or an address.
+/// Tells who says this behind a word and a blank: a request of HTTP goes on with a path, `*`, or an address.
 fn addressee(target: &[u8]) -> Caller {
     let begun = target.get(..SCHEME.len().min(target.len())).unwrap_or_default();
     match target {
@@ -117,7 +118,7 @@ mod tests {
     use super::*;
     use tmcm::tmcl::Command;
 
-    /// What is known after each of the bytes.
+    /// The caller as far as it is known after each of the bytes.
     fn known(bytes: &[u8]) -> Vec<Caller> {
         let mut greeting = Greeting::default();
         bytes.iter().map(|byte| greeting.hear(&[*byte])).collect()

@@ -19,7 +19,7 @@ const LARGEST_IMAGE: u64 = 1 << 28;
 /// The image of option --image.
 pub struct Image<'a> {
     pub(crate) path: &'a Path,
-    /// Its bytes.
+    /// The bytes of the image.
     pub elf: Vec<u8>,
     /// Product and firmware, if it tells.
     pub model: Option<Model>,

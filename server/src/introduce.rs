@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use tmcm_sim::Product;
 
 use crate::links::Links;
-use crate::options::{Firmware, Options};
+use crate::options::{FirmwareOption, Options};
 use crate::pty::Pty;
 
 /// Prints what the modules are. `what_runs` tells what runs in a module of a product.
@@ -33,7 +33,7 @@ pub(crate) fn modules(
 /// firmware.
 pub(crate) fn links(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
     let count = options.product.len();
-    let tmcl = options.firmware() == Firmware::Tmcl;
+    let tmcl = options.firmware() == FirmwareOption::Tmcl;
     if let Some(pty) = &links.serial {
         let path = head(out, "serial", pty)?;
         let first = remark(options, 1);

@@ -1,4 +1,5 @@
-//! Virtual modules in real time, or in time that a host controls, with links that host software opens: what `tmcl sim` does.
+//! Virtual modules in real time, or in time that a host controls, with links that host software opens: what `tmcl sim`
+//! does.
 //!
 //! * [`options`] - its command line
 //! * [`run()`] - runs the modules until a signal comes
@@ -6,8 +7,8 @@
 //! * [`failure`] - why they cannot run
 //! * [`eeprom`], [`worlds`], [`image`] - the files that options name
 //! * [`files`] - files that are read up to a size, and take the place of others
-//! * [`links`] - the USB link of module 1, the buses and the control port; [`pty`], [`tcp`], [`slcan`], [`endpoint`] and
-//!   [`stream`] are what they are made of
+//! * [`links`] - the USB link of module 1, the buses and the control port; [`pty`], [`tcp`], [`slcan`], [`endpoint`]
+//!   and [`stream`] are what they are made of
 //! * [`control`] - the control port, whose desk is that of [`tmcl_tools::desk`]
 
 pub mod console;

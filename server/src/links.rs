@@ -45,8 +45,8 @@ pub struct Links {
 }
 
 impl Links {
-    /// Opens the links that the options ask for; if they ask for none, a serial port and a TCP port, or for a CANopen
-    /// node a CAN adapter on a TCP port.
+    /// Opens the links that the options ask for. If they ask for none, it opens a serial port and a TCP port, or for a
+    /// CANopen node a CAN adapter on a TCP port.
     pub fn open(options: &Options) -> Result<Self, Failure> {
         let bare = options.default_usb();
         let tcp = if bare { Some(usual("--tcp", USUAL_PORT)?) } else { listen("--tcp", options.tcp.as_deref())? };
@@ -125,9 +125,9 @@ impl Links {
         told
     }
 
-    /// Does to the links what has become of the modules: drops what hosts have sent in vain, so that it does not reach a
-    /// module that gets power later; ends the connections of the USB link if its cable was pulled out so that hosts see it,
-    /// and makes a new pseudo terminal when it is plugged in. Returns a message for the user.
+    /// Does to the links what has become of the modules: drops what hosts have sent in vain, so that it does not reach
+    /// a module that gets power later. Ends the connections of the USB link if its cable was pulled out so that hosts
+    /// see it, and makes a new pseudo terminal when it is plugged in. Returns a message for the user.
     pub fn follow(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> Option<String> {
         let lost = fleet.take_lost();
         self.lose(lost);
@@ -196,8 +196,8 @@ impl Links {
         }
     }
 
-    /// Writes bytes that have waited, and closes the connections that have ended. `at_rest` is true while time stands still,
-    /// so that nothing more comes although the modules are busy.
+    /// Writes bytes that have waited, and closes the connections that have ended. `at_rest` is true while time stands
+    /// still, so that nothing more comes although the modules are busy.
     pub fn tidy(&mut self, fleet: &mut Fleet<impl VirtualModule>, at_rest: bool) {
         let quiet = at_rest || !fleet.is_busy();
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());

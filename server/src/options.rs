@@ -18,21 +18,21 @@ const MOST_MODULES: u8 = 127;
 
 /// Run a virtual {names}, or several on a bus, that host software drives like real ones
 ///
-/// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
-/// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that
-/// are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial
-/// port and a TCP port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own
-/// when the module can be used, and runs until it is interrupted (Ctrl-C, SIGTERM or SIGHUP); then its symbolic links
-/// are removed.
+/// The module's own firmware runs against models of its chips, and for each axis a motor and a stage. What runs is the
+/// firmware's core as it is compiled for this computer, or with --image the very flash image. Host software connects to
+/// the ports that are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it
+/// makes a serial port and a TCP port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a
+/// line of its own when the module can be used. It runs until it is interrupted (Ctrl-C, SIGTERM or SIGHUP); then its
+/// symbolic links are removed.
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// What the module is: {numbers}; or what each of several is, with commas between the names
+    /// The module's product: {numbers}; or that of each of several, with commas between the names
     ///
-    /// The TMCM-1110 and the TMCM-1140 have one axis; the TMCM-3110 has three, with an ABN encoder each, and the
-    /// TMCM-3212, too, with another kind of ramp generator; the TMCM-6110 has six. One name holds for all modules of --modules. Of several
-    /// names the first is that of module 1, and there are as many modules as names. `TMCM-6110` is the same as 6110.
-    /// Without it the product is that of --image, or else 1140.
+    /// The TMCM-1110 and the TMCM-1140 have one axis. The TMCM-3110 has three, with an ABN encoder each, and the
+    /// TMCM-3212, too, with another kind of ramp generator. The TMCM-6110 has six. One name holds for all modules of
+    /// --modules. Of several names the first is that of module 1, and there are as many modules as names. `TMCM-6110`
+    /// is the same as 6110. Without it the product is that of --image, or else 1140.
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product::named)]
     pub product: Vec<Product>,
 
@@ -44,7 +44,7 @@ pub struct Options {
     ///
     /// Without it the firmware is that of --image, or else tmcl.
     #[arg(long, value_name = "NAME", value_enum)]
-    pub firmware: Option<Firmware>,
+    pub firmware: Option<FirmwareOption>,
 
     /// Offer the module's USB link as a serial port: a pseudo terminal with a symbolic link to it at PATH
     ///
@@ -66,7 +66,7 @@ pub struct Options {
     ///
     /// All modules hear what the host and other modules send, and those addressed answer, global parameter 75 and the
     /// time on the wire later. The speed that the host gives the port does not matter, so a wrong one is not noticed
-    /// here: its bytes are on the bus at once, and with --image at the module's rate (global parameter 65).
+    /// here. Its bytes are on the bus at once, and with --image at the module's rate (global parameter 65).
     #[arg(long, value_name = "PATH")]
     pub rs485: Option<PathBuf>,
 
@@ -83,7 +83,7 @@ pub struct Options {
 
     /// Number of modules, up to 127; without it as many as --product names, or 1
     ///
-    /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the
+    /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K. As in the
     /// factory, all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory
     /// reset takes a module back to address 1.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=i64::from(MOST_MODULES)))]
@@ -91,12 +91,12 @@ pub struct Options {
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a torque, 0
-    /// to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off,
-    /// can passive|off|on, power off|on, usb off [--hangup]|on, state; `module K` before it for another module than 1.
-    /// The number of an axis may stand behind press, release, load, slip and fault: `press left 2`; without one it is
-    /// axis 0. Port 0 takes a free one and prints it. `tmcl world` sends commands from a shell, and docs/control.md
-    /// explains all of this and every field of `state`.
+    /// Commands: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X,
+    /// slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off [--hangup]|on, state. The X of load is
+    /// a torque, 0 to 1: 1 is the motor's at full current, and with less current less stalls it. With `module K` before
+    /// it a command is for another module than 1. The number of an axis may stand behind press, release, load, slip and
+    /// fault: `press left 2`; without one it is axis 0. Port 0 takes a free one and prints it. `tmcl world` sends
+    /// commands from a shell, and docs/control.md explains all of this and every field of `state`.
     ///
     /// For time and firmware: `pause [TIME]`, `resume`, `speed X|max`, `step TIME`, `run-until CONDITION max TIME`,
     /// `interrupt`, `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a
@@ -106,15 +106,15 @@ pub struct Options {
     /// overtemperature, encoder. The first three are those of the whole board. Replies on their way to hosts have
     /// faults of their own: `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`.
     ///
-    /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a
-    /// TMCM-3212) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others'
-    /// switches and encoders have pins of their own, and input 10 of a TMCM-3212 is ENABLE. `fault tmc429` is one of
-    /// the controller that moves the axis, three axes each; on a TMCM-3212 it is `fault tmc5160`, and `fault
-    /// chip-supply` is one of the supply of an axis' chip alone. `state` tells of axis 0 among the fields of the
-    /// module, and of each axis in its list `axes`.
+    /// Axes, inputs and analog inputs are those of the module's product. Inputs are 0 to 3, or 0 to 7 of a TMCM-3110
+    /// and TMCM-6110. Analog inputs are 0, on these two also 4, and 0 to 3 of a TMCM-3212. On a TMCM-1140 inputs 1 to 3
+    /// are the switches; the others' switches and encoders have pins of their own, and input 10 of a TMCM-3212 is
+    /// ENABLE. `fault tmc429` is one of the controller that moves the axis, three axes each. On a TMCM-3212 it is
+    /// `fault tmc5160`, and `fault chip-supply` is one of the supply of an axis' chip alone. `state` tells of axis 0
+    /// among the fields of the module, and of each axis in its list `axes`.
     ///
-    /// `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does not
-    /// tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the
+    /// `can passive` and `can off` are what disturbances on the bus lead to. Until `can on` the CAN controller of the
+    /// module does not tell others of errors any more, or takes no part in the bus. While the USB cable is out, the
     /// ports of --serial and --tcp stay; what is sent into them is lost, and nothing comes. After `usb off --hangup`
     /// connections end, and the path of --serial is gone until `usb on`.
     ///
@@ -125,12 +125,12 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// As many bytes as the chip has: 16384 in a TMCM-1110 or TMCM-1140, 65536 in a TMCM-3212, 32768 in the others. Of several
-    /// modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file;
-    /// while that cannot be written, the module answers stores with status 5, and a CANopen node with abort code
-    /// 06060000h. A file has one simulator at a time. Either firmware of a product, and another product with an EEPROM
-    /// of this size, takes the file: it finds its own defaults there, and what the other has stored is there until this
-    /// one stores something. Then the other one has its defaults.
+    /// As many bytes as the chip has: 16384 in a TMCM-1110 or TMCM-1140, 65536 in a TMCM-3212, 32768 in the others. Of
+    /// several modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the
+    /// file. While the file cannot be written, the module answers stores with status 5, and a CANopen node with abort
+    /// code 06060000h. A file has one simulator at a time. Either firmware of a product, and another product with an
+    /// EEPROM of this size, takes the file. That firmware finds its own defaults there, and what the other has stored
+    /// is there until this one stores something. Then the other one has its defaults.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
@@ -153,8 +153,9 @@ pub struct Options {
     /// Let time stand still, but for what requests need for their replies, and TIME after each reply
     ///
     /// Equal runs of a host then end alike, to the microsecond, however busy the computer is. The host lets time pass
-    /// by `step` and `run-until` on the control port; or, with TIME (such as --paused=10ms), by the number of its
-    /// requests alone, so that a script that asks and sleeps needs no change. `resume` lets time go by the clock.
+    /// by `step` and `run-until` on the control port. Or, with TIME (such as --paused=10ms), time passes by the number
+    /// of its requests alone, so that a script that asks and sleeps needs no change. `resume` lets time go by the
+    /// clock.
     #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "0 ms", value_parser = time::span)]
     pub paused: Option<Nanos>,
 
@@ -168,13 +169,13 @@ pub struct Options {
 
     /// Run the firmware's flash image on an emulated microcontroller, in place of its core
     ///
-    /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140; that of the
-    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen, those of the TMCM-3212 and the TMCM-6110 by
-    /// `cargo fw-3212` and `cargo fw-6110`: tmcm3212, tmcm6110. A symbol in it tells which one it is; for an image
-    /// without this symbol --product and --firmware do. Board, world and links are the same. A start takes the module
-    /// its time, and bytes and frames take theirs. --serial and --tcp are one USB cable, on which hosts take turns. One
-    /// that has made the module leave the mode of global parameter 67 loses its connection when another has something
-    /// to say.
+    /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140. That of the
+    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen. Those of the TMCM-3212 and the TMCM-6110 are
+    /// built by `cargo fw-3212` and `cargo fw-6110`: tmcm3212, tmcm6110. A symbol in it tells which one it is; for an
+    /// image without this symbol --product and --firmware do. Board, world and links are the same. A start takes the
+    /// module its time, and bytes and frames take theirs. --serial and --tcp are one USB cable, on which hosts take
+    /// turns. One that has made the module leave the mode of global parameter 67 loses its connection when another has
+    /// something to say.
     ///
     /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically
     /// it goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the
@@ -206,27 +207,27 @@ pub struct Options {
 /// The firmware of a virtual module, as the command line has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
-pub enum Firmware {
+pub enum FirmwareOption {
     /// The firmware that speaks TMCL
     Tmcl,
     /// The firmware that is a CANopen node
     Canopen,
 }
 
-impl From<FirmwareKind> for Firmware {
+impl From<FirmwareKind> for FirmwareOption {
     fn from(firmware: FirmwareKind) -> Self {
         match firmware {
-            FirmwareKind::Tmcl => Firmware::Tmcl,
-            FirmwareKind::Canopen => Firmware::Canopen,
+            FirmwareKind::Tmcl => FirmwareOption::Tmcl,
+            FirmwareKind::Canopen => FirmwareOption::Canopen,
         }
     }
 }
 
-impl From<Firmware> for FirmwareKind {
-    fn from(firmware: Firmware) -> Self {
+impl From<FirmwareOption> for FirmwareKind {
+    fn from(firmware: FirmwareOption) -> Self {
         match firmware {
-            Firmware::Tmcl => FirmwareKind::Tmcl,
-            Firmware::Canopen => FirmwareKind::Canopen,
+            FirmwareOption::Tmcl => FirmwareKind::Tmcl,
+            FirmwareOption::Canopen => FirmwareKind::Canopen,
         }
     }
 }
@@ -237,7 +238,7 @@ impl Options {
     pub(crate) fn checked(&self, told: Option<Model>) -> Result<Self, Failure> {
         let refused = |why: &str| Err(Failure::Arguments(why.into()));
         let product = self.products(told.map(Model::product))?;
-        if self.firmware == Some(Firmware::Canopen)
+        if self.firmware == Some(FirmwareOption::Canopen)
             && let Some(product) = product.iter().find(|product| **product != Product::Tmcm1140)
         {
             let (name, only) = (product.name(), Product::Tmcm1140.name());
@@ -247,23 +248,23 @@ impl Options {
                  run the {only}"
             )));
         }
-        let told = told.map(|model| Firmware::from(model.firmware()));
+        let told = told.map(|model| FirmwareOption::from(model.firmware()));
         if let (Some(asked), Some(told)) = (self.firmware, told)
             && asked != told
         {
             return refused(match told {
-                Firmware::Tmcl => {
+                FirmwareOption::Tmcl => {
                     "--firmware canopen: the image has the TMCL firmware. Leave out --firmware, or give the image that \
                      `cargo fw-canopen` builds"
                 }
-                Firmware::Canopen => {
+                FirmwareOption::Canopen => {
                     "--firmware tmcl: the image has the CANopen firmware. Leave out --firmware, or give the image that \
                      `cargo fw` builds"
                 }
             });
         }
         let options = Options { product, firmware: told.or(self.firmware), ..self.clone() };
-        if options.firmware() == Firmware::Canopen && self.rs485.is_some() {
+        if options.firmware() == FirmwareOption::Canopen && self.rs485.is_some() {
             return refused(
                 "--rs485: the CANopen firmware leaves the module's RS485 port off, so nobody would answer there. Drive \
                  the module over CAN, with --slcan or --slcan-tcp",
@@ -310,17 +311,17 @@ impl Options {
         self.product.iter().any(|product| Some(product) != self.product.first())
     }
 
-    /// What each module is.
+    /// The model of each module.
     pub(crate) fn models(&self) -> impl Iterator<Item = Model> {
         self.product.iter().map(|product| match self.firmware() {
-            Firmware::Tmcl => Model::Tmcl(*product),
-            Firmware::Canopen => Model::Canopen,
+            FirmwareOption::Tmcl => Model::Tmcl(*product),
+            FirmwareOption::Canopen => Model::Canopen,
         })
     }
 
     /// The firmware in the module.
-    pub(crate) fn firmware(&self) -> Firmware {
-        self.firmware.unwrap_or(Firmware::Tmcl)
+    pub(crate) fn firmware(&self) -> FirmwareOption {
+        self.firmware.unwrap_or(FirmwareOption::Tmcl)
     }
 
     /// True if the options ask for no link, so that the default links are opened.
@@ -335,12 +336,12 @@ impl Options {
 
     /// True if the links of USB are opened although none is named.
     pub(crate) fn default_usb(&self) -> bool {
-        self.names_no_link() && self.firmware() == Firmware::Tmcl
+        self.names_no_link() && self.firmware() == FirmwareOption::Tmcl
     }
 
     /// True if a CAN adapter is offered although none is named.
     pub(crate) fn default_can(&self) -> bool {
-        self.names_no_link() && self.firmware() == Firmware::Canopen
+        self.names_no_link() && self.firmware() == FirmwareOption::Canopen
     }
 
     fn has_usb_link(&self) -> bool {
@@ -353,7 +354,7 @@ pub(crate) const IMAGES: &str = "\
      `cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, \
      `cargo fw-3212` that of the TMCM-3212, and `cargo fw-6110` that of the TMCM-6110";
 
-/// What helps whose image does not start.
+/// Advice for whoever gives an image that does not start.
 pub(crate) fn advice(stop: &Stop) -> &'static str {
     match stop {
         Stop::Pin(_) => {

@@ -7,21 +7,21 @@ use serde::Serialize;
 use tmcl_tools::desk::Going;
 
 use crate::links::Links;
-use crate::options::{Firmware, Options};
+use crate::options::{FirmwareOption, Options};
 use crate::pty::Pty;
 
-/// What is told. A link that is not offered is null.
+/// The contents of the line. A link that is not offered is null.
 #[derive(Serialize)]
 struct Ready {
     /// Of the program.
     version: &'static str,
     /// Of its process.
     pid: u32,
-    /// That of module 1.
+    /// Product of module 1.
     product: &'static str,
-    /// Those of all modules, module 1 first.
+    /// Products of all modules, module 1 first.
     products: Vec<&'static str>,
-    firmware: Firmware,
+    firmware: FirmwareOption,
     /// The file of the flash image, if one runs.
     image: Option<String>,
     time: Going,

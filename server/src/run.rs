@@ -15,7 +15,7 @@ use crate::factory::Factory;
 use crate::failure::Failure;
 use crate::image::Image;
 use crate::links::Links;
-use crate::options::{Firmware, Options};
+use crate::options::{FirmwareOption, Options};
 use crate::simulator::Simulator;
 use crate::{SEED, introduce, ready, worlds};
 
@@ -27,7 +27,8 @@ const SHORT_NAP: Duration = Duration::from_millis(1);
 /// Runs the virtual modules until a signal asks for the end, or the end of standard input with --exit-with-stdin.
 ///
 /// # Errors
-/// The options contradict each other, something that they name cannot be used, a module stops, or `console` cannot print.
+/// The options contradict each other, something that they name cannot be used, a module stops, or `console` cannot
+/// print.
 pub fn run(options: &Options, console: Console) -> Result<(), Failure> {
     let image = options.image.as_deref().map(Image::read).transpose()?;
     let options = &options.checked(image.as_ref().and_then(|image| image.model))?;
@@ -49,12 +50,12 @@ pub fn run(options: &Options, console: Console) -> Result<(), Failure> {
     }
 }
 
-/// What a module runs without an image, as [`serve`] has it.
-fn what_runs(product: Product, firmware: Firmware) -> String {
+/// The firmware that a module runs without an image, as [`serve`] has it.
+fn what_runs(product: Product, firmware: FirmwareOption) -> String {
     let Spec { major, minor, .. } = product.spec();
     match firmware {
-        Firmware::Tmcl => format!("with firmware version {major}.{minor:02}"),
-        Firmware::Canopen => format!("with CANopen firmware version {}", canopen::VERSION),
+        FirmwareOption::Tmcl => format!("with firmware version {major}.{minor:02}"),
+        FirmwareOption::Canopen => format!("with CANopen firmware version {}", canopen::VERSION),
     }
 }
 
@@ -87,7 +88,7 @@ fn serve<M: VirtualModule>(
     drop(out);
     let timekeeper = Timekeeper::new(options.speed, options.paused, Duration::ZERO, fleet.now());
     let kinds = options.product.iter().map(|product| product.kind()).collect();
-    let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
+    let nap = if options.firmware() == FirmwareOption::Canopen { SHORT_NAP } else { NAP };
     let (inquiries, last_controller) = (Inquiries::default(), ControllerId(0));
     let (say, begun) = (console.say, Instant::now());
     Simulator { stop, factory, fleet, kinds, links, timekeeper, inquiries, nap, telegrams, say, begun, last_controller }

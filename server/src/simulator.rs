@@ -1,8 +1,8 @@
 //! The loop of `tmcl sim`.
 //!
-//! One thread runs everything. Each turn of the loop sleeps until bytes arrive or a module has something to do, lets
-//! virtual time pass up to the present, takes the bytes that have arrived, and writes the replies that are due. While time
-//! is paused, it passes for those who wait once their bytes have been taken.
+//! One thread runs everything. Each turn of the loop sleeps until bytes arrive or a module has something to do, and
+//! lets virtual time pass up to the present. Then it takes the bytes that have arrived, and writes the replies that are
+//! due. While time is paused, it passes for those who wait once their bytes have been taken.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -129,7 +129,8 @@ impl<M: VirtualModule> Simulator<'_, M> {
         self.links.control = control;
     }
 
-    /// Puts new modules in the place of the old ones, if that was asked for. The links stay; what is on its way is lost.
+    /// Puts new modules in the place of the old ones, if that was asked for. The links stay; what is on its way is
+    /// lost.
     fn restart(&mut self) -> Result<(), Failure> {
         let Some(asker) = self.timekeeper.take_restart() else { return Ok(()) };
         self.log_telegrams()?;

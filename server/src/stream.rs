@@ -10,7 +10,7 @@ use crate::greeting::{Caller, Greeting};
 /// The outcome of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// This number of bytes was read.
+    /// The number of bytes that were read.
     Bytes(usize),
     /// Bytes have arrived, and are held back until it is known who sends them.
     Held,
@@ -24,7 +24,7 @@ pub enum Input {
 #[derive(Debug)]
 pub struct Stream<T> {
     io: T,
-    /// What the stream has begun with, until it is known who is at the other end.
+    /// The beginning of the stream, until it is known who is at the other end.
     greeting: Option<Greeting>,
     waiting: Vec<u8>,
     limit: usize,
@@ -41,7 +41,8 @@ impl<T: Read + Write + AsFd> Stream<T> {
         Stream { io, greeting: None, waiting: Vec::new(), limit, written: 0, ended: false, broken: false }
     }
 
-    /// A stream whose other end may be a web browser. If it is one, the stream ends, and nothing that it has sent is read.
+    /// A stream whose other end may be a web browser. If it is one, the stream ends, and nothing that it has sent is
+    /// read.
     pub fn guarded(io: T, limit: usize) -> Self {
         Stream { greeting: Some(Greeting::default()), ..Self::new(io, limit) }
     }

@@ -1,5 +1,5 @@
-//! Host software in Rust under test, without a module, a serial port, or waiting: a switch stops the motor, a stall does,
-//! and the power goes while a setting is stored. docs/ci.md has the same for a shell.
+//! Host software in Rust under test, without a module, a serial port, or waiting. A switch stops the motor, a stall
+//! does, and the power goes while a setting is stored. docs/ci.md has the same for a shell.
 
 use tmcm_sim::protocol::Request;
 use tmcm_sim::{MILLISECOND, NativeModule, SECOND, Source, VirtualModule, WorldConfig, binary, text};
@@ -12,8 +12,8 @@ fn telegram(command: &str) -> Result<binary::Telegram, Error> {
     Ok(binary::encode_command(1, command))
 }
 
-/// Sends a command, and gives the value of the reply. That no reply comes within a second is an error, as it is when the
-/// module refuses the command.
+/// Sends a command, and gives the value of the reply. That no reply comes within a second is an error, as it is when
+/// the module refuses the command.
 fn send(module: &mut NativeModule, command: &str) -> Result<i32, Error> {
     let request = telegram(command)?;
     let reply = module.exchange(Source::Usb, request, SECOND).and_then(|sent| sent.telegram());

@@ -4,7 +4,7 @@ use hal_sim::clock::Nanos;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::Telegram;
 
-/// One of several hosts that share a link, such as the connections to a TCP port. The firmware does not know clients;
+/// A host among several that share a link, such as the connections to a TCP port. The firmware does not know clients;
 /// replies return to the client whose request they answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Client(pub u64);

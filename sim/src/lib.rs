@@ -1,5 +1,5 @@
-//! Virtual modules, with the TMCL or the CANopen firmware, in virtual time: a host's code is tested against them without a
-//! module, a serial port, or waiting.
+//! Virtual modules, with the TMCL or the CANopen firmware, in virtual time: a host's code is tested against them
+//! without a module, a serial port, or waiting.
 //!
 //! ```
 #![doc = include_str!("../examples/ten_lines.rs")]

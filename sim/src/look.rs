@@ -27,12 +27,12 @@ struct Value {
     of: Of,
 }
 
-/// What a value belongs to, and how it is read.
+/// The part that a value belongs to, and how it is read.
 #[derive(Clone, Copy, Debug)]
 enum Of {
     /// The board.
     Board(fn(&Board) -> f64),
-    /// One of a list on the board, and how many a board of a kind has.
+    /// A member of a list on the board, and how many a board of a kind has.
     List(fn(&BoardKind) -> usize, fn(&Board, usize) -> f64),
     /// An axis.
     Axis(fn(&Board, usize) -> f64),

@@ -15,18 +15,18 @@ use crate::client::{Client, Sent};
 
 /// A module with its board, in virtual time.
 ///
-/// Its owner [runs](Self::run_until) it up to a time, which is then the present; bytes and frames arrive at the present.
-/// A request may take the module's own clock further than that; the reply is not handed out before the owner has come
-/// to its time.
+/// Its owner [runs](Self::run_until) it up to a time, which is then the present; bytes and frames arrive at the
+/// present. A request may take the module's own clock further than that; the reply is not handed out before the owner
+/// has come to its time.
 pub trait VirtualModule {
     /// A reference to the board, of the kind that the module can give.
-    type Board<'a>: DerefMut<Target = Board>
+    type BoardMut<'a>: DerefMut<Target = Board>
     where
         Self: 'a;
 
     /// The board, to look at and to change; its power is switched by [`set_power`](Self::set_power) alone, and its CAN
     /// controller is disturbed by [`set_can`](Self::set_can) alone.
-    fn board_mut(&mut self) -> Self::Board<'_>;
+    fn board_mut(&mut self) -> Self::BoardMut<'_>;
 
     /// Virtual time since the board was first switched on, in nanoseconds, by the module's own clock.
     fn now(&self) -> Nanos;
@@ -40,8 +40,8 @@ pub trait VirtualModule {
     /// Switches the supply off or on. Bytes and frames on their way are lost; the EEPROM keeps its contents.
     fn set_power(&mut self, on: bool);
 
-    /// Pulls the USB cable out or plugs it in. A telegram that was received in part is forgotten; while the cable is out
-    /// nothing arrives over USB, and what the module sends there is lost.
+    /// Pulls the USB cable out or plugs it in. A telegram that was received in part is forgotten; while the cable is
+    /// out nothing arrives over USB, and what the module sends there is lost.
     fn plug_usb(&mut self, on: bool);
 
     /// Bytes from a host arrive.
@@ -62,8 +62,8 @@ pub trait VirtualModule {
     /// The next frame that the module wants on the CAN bus by the present, oldest first.
     fn frame(&mut self) -> Option<Frame>;
 
-    /// Disturbs the CAN controller, or lets it recover. While it is off, frames neither leave nor arrive. With the power
-    /// off and on it stays as it is.
+    /// Disturbs the CAN controller, or lets it recover. While it is off, frames neither leave nor arrive. With the
+    /// power off and on it stays as it is.
     fn set_can(&mut self, state: CanState);
 
     /// Carries out a command of the control protocol; gives the state if that was asked for.
@@ -94,15 +94,16 @@ pub trait VirtualModule {
     /// Whether what hosts send on a link now is heard.
     fn hearing(&self, source: Source) -> Hearing;
 
-    /// True while a request of this client on a byte link waits for its answer, bytes of it wait to be read, or anything
-    /// else is on its way to it.
+    /// True while a request of this client on a byte link waits for its answer. It is also true while bytes of this
+    /// client wait to be read, or anything else is on its way to the client.
     fn owes(&self, source: Source, client: Client) -> bool;
 
-    /// True while a host waits for the reply to a request that has come whole, as far as the module can be asked: on a byte
-    /// link this client, on the CAN bus anyone. Events and echoes are no replies.
+    /// True while a host waits for the reply to a request that has come whole, as far as the module can be asked. On a
+    /// byte link the host is this client, on the CAN bus anyone. Events and echoes are no replies.
     fn awaits(&self, source: Source, client: Client) -> bool;
 
-    /// Forgets a client that has gone: it gets no event any more. Requests that it has sent are carried out all the same.
+    /// Forgets a client that has gone: it gets no event any more. Requests that it has sent are carried out all the
+    /// same.
     fn forget(&mut self, client: Client);
 
     /// Clients whose sessions the module's USB link has ended in favour of others since the last call.
@@ -113,8 +114,8 @@ pub trait VirtualModule {
     /// True while a reply or an event may still come without a further request.
     fn is_busy(&self) -> bool;
 
-    /// The value that GAP or GGP would read now, at no cost: without a telegram, and nothing on the board or in the module
-    /// notices.
+    /// The value that GAP or GGP would read now, at no cost: without a telegram, and nothing on the board or in the
+    /// module notices.
     ///
     /// # Errors
     /// Why it cannot be had so, and what to use instead.
@@ -130,11 +131,11 @@ pub trait VirtualModule {
 /// Whether a module hears its hosts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hearing {
-    /// It does.
+    /// The module hears them.
     Now,
-    /// It starts anew, and will.
+    /// The module starts anew, and will hear them then.
     Soon,
-    /// It does not, as long as nobody switches its power on or plugs its cable in.
+    /// The module does not hear them, as long as nobody switches its power on or plugs its cable in.
     Off,
 }
 

@@ -1,5 +1,5 @@
-//! Bytes of a host, collected until they form a whole telegram or line: on their way to a module that runs its image, and
-//! in the log of what goes over the wires.
+//! Bytes of a host, collected until they form a whole telegram or line. This is done on their way to a module that runs
+//! its image, and in the log of what goes over the wires.
 //!
 //! A host's telegram may arrive in pieces, and a host's silences are measured in real time. Virtual time has another
 //! pace, so the firmware, which gives up an unfinished telegram after 5 ms, would see other silences than the host
@@ -59,8 +59,8 @@ pub(crate) fn is_end(byte: u8) -> bool {
     matches!(byte, b'\r' | b'\n')
 }
 
-/// True for the bytes of a line with its end; what is whole and no line is a telegram, or the first part of a line that is
-/// too long.
+/// True for the bytes of a line with its end; what is whole and no line is a telegram, or the first part of a line that
+/// is too long.
 pub(crate) fn is_line(whole: &[u8]) -> bool {
     whole.split_last().is_some_and(|(last, typed)| is_end(*last) && typed.iter().all(|byte| is_typed(*byte)))
 }

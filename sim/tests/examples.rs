@@ -1,4 +1,5 @@
-//! The example of docs/ci.md runs to its end; `ten_lines.rs` is in the documentation of the library, whose tests run it.
+//! The example of docs/ci.md runs to its end; `ten_lines.rs` is in the documentation of the library, whose tests run
+//! it.
 
 #[path = "../examples/homing.rs"]
 mod homing;

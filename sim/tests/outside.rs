@@ -18,7 +18,7 @@ fn manifest(library: &Path) -> String {
 
 #[test]
 fn the_example_compiles_outside_of_the_workspace() {
-    let workspace = fw::workspace().unwrap();
+    let workspace = xtask::workspace().unwrap();
     let library = workspace.join("sim");
     // Kept from run to run, so that only the first one builds everything.
     let project = workspace.join("target/outside");

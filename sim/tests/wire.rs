@@ -1,4 +1,4 @@
-//! What goes over the links of a fleet: its log, and replies that are late, lost or corrupted.
+//! The traffic on the links of a fleet: its log, and replies that are late, lost or corrupted.
 
 #![allow(clippy::unwrap_used)]
 
@@ -256,8 +256,8 @@ fn of_a_canopen_node_the_replies_of_the_sdo_server_are_lost_and_its_heartbeat_is
     }
 }
 
-/// A node that is off the bus says nothing there, and afterwards nothing that is out of date: its heartbeat comes ten times a
-/// second again. The emergency that has come meanwhile is told, with that of the bus.
+/// A node that is off the bus says nothing there, and afterwards nothing that is out of date: its heartbeat comes ten
+/// times a second again. The emergency that has come meanwhile is told, with that of the bus.
 #[test]
 fn a_canopen_node_off_the_bus_says_nothing() {
     let mut fleet = fleet(FirmwareKind::Canopen, 2);

@@ -1,8 +1,8 @@
 //! The microcontroller and its board: clocks, pins, interrupts and Embassy tasks. All that is not the same on the host
 //! is here, on three floors, each of which uses only those declared above it (`tests/layers.rs` keeps it so):
 //!
-//! * `stm32f4` - the microcontroller: clocks, ports, converters, watchdog. A board is no more to it than the pins that it
-//!   is given.
+//! * `stm32f4` - the microcontroller: clocks, ports, converters, watchdog. A board is no more to it than the pins that
+//!   it is given.
 //! * `boards` - the boards, one file each, with every pin: a board sets up the microcontroller and hands its parts out.
 //! * `runtime` - what runs on a board: the owner of the firmware, tasks, mailboxes, faults.
 //!

@@ -1,9 +1,9 @@
 //! The frames that wait for the mailboxes of a CAN controller which sends the lowest identifier of its mailboxes first.
 //!
 //! A frame never waits behind one with a higher identifier. On a busy bus the mailboxes may all hold frames that lose
-//! against those of others again and again; then one of them is called back for a frame with a lower identifier. Frames
-//! with the same identifier keep their order, for which only one of them is in a mailbox at a time: the controller would
-//! choose by the number of the mailbox.
+//! against those of others again and again. Then one of them is called back for a frame with a lower identifier. Frames
+//! with the same identifier keep their order. For this only one of them is in a mailbox at a time, because the
+//! controller would choose by the number of the mailbox.
 
 use heapless::Vec;
 
@@ -14,7 +14,7 @@ pub const MAILBOXES: usize = 3;
 /// Number of frames that can wait for a mailbox.
 const WAITING: usize = 16;
 
-/// What is to be done at the controller next.
+/// The next step at the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The frame is to be put into this mailbox, which is free.
@@ -35,7 +35,7 @@ struct Letter {
 #[derive(Clone, Copy, Debug)]
 struct Posted {
     letter: Letter,
-    /// It is being called back.
+    /// True while the frame is being called back.
     recalled: bool,
     /// Nobody wants it any more: it does not come back.
     dropped: bool,
@@ -78,8 +78,8 @@ impl Outbox {
         !self.waiting.is_empty()
     }
 
-    /// Takes a frame for which nothing has to wait, as a rule: it is to be put into the mailbox that is returned. `None` if
-    /// it has to wait, for which it is to be [pushed](Self::push).
+    /// Takes a frame for which nothing has to wait, as a rule: it is to be put into the mailbox that is returned.
+    /// `None` if it has to wait, for which it is to be [pushed](Self::push).
     #[inline]
     pub fn post(&mut self, frame: &Frame) -> Option<usize> {
         if self.waits() || self.mailboxes.iter().flatten().any(|posted| posted.letter.frame.id() == frame.id()) {
@@ -98,7 +98,7 @@ impl Outbox {
         self.waiting.push(Letter { frame: *frame, turn: self.turn }).is_ok()
     }
 
-    /// What to do next; to be asked for until it is nothing.
+    /// Returns the next step; to be asked for until there is none.
     pub fn step(&mut self) -> Option<Step> {
         let posted = |id: Id| self.mailboxes.iter().flatten().any(|posted| posted.letter.frame.id() == id);
         let ready = self.waiting.iter().enumerate().filter(|(_, letter)| !posted(letter.frame.id()));
@@ -144,7 +144,8 @@ impl Outbox {
     }
 }
 
-/// Which frame the bus lets pass: the lower. The first bits of a long identifier are compared with a short one.
+/// The rank of a frame on the bus, which lets the frame with the lower rank pass. The first bits of a long identifier
+/// are compared with a short one.
 fn rank(frame: &Frame) -> u32 {
     match frame.id() {
         Id::Standard(id) => u32::from(id.as_raw()) << 19,

@@ -16,7 +16,7 @@ pub struct Address {
 }
 
 impl Address {
-    /// Those of a node that has never been told any.
+    /// The address of a node that has never been told any.
     pub const DEFAULT: Self = Address { node: 1, bit_rate: 1000 };
 
     /// The bit rate in bit/s.
@@ -30,8 +30,8 @@ impl Address {
         [word, sum(word)]
     }
 
-    /// The address that two words keep; `None` if their check sum is wrong, as it is after power-on, or there is no such
-    /// address: the check sum of 32 ones are 32 ones.
+    /// The address that two words keep; `None` if their check sum is wrong, as it is after power-on, or there is no
+    /// such address: the check sum of 32 ones are 32 ones.
     pub fn from_kept([word, check]: [u32; 2]) -> Option<Self> {
         let [node, low, high, rest] = word.to_le_bytes();
         let valid = sum(word) == check && (1..=127).contains(&node) && rest == 0;
@@ -44,9 +44,9 @@ impl Address {
 pub(super) struct Identity {
     /// The address in force.
     pub(super) address: Address,
-    /// It is known: without it the node is silent.
+    /// True if the address is known: without it the node is silent.
     pub(super) known: bool,
-    /// That of before a restart.
+    /// The address of before a restart.
     pub(super) kept: Option<Address>,
 }
 
@@ -54,8 +54,8 @@ impl Identity {
     /// Before the start nothing is known.
     pub(super) const UNKNOWN: Self = Identity { address: Address::DEFAULT, known: false, kept: None };
 
-    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are `lost` there, those of
-    /// before a restart are taken.
+    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are `lost` there,
+    /// those of before a restart are taken.
     pub(super) fn take<M: Memory>(&mut self, store: &Store<M>, lost: bool) {
         self.known = !lost || self.kept.is_some();
         if let Some(address) = self.kept.filter(|_| lost) {

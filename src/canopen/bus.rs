@@ -1,4 +1,4 @@
-//! What the CAN controller and the node tell each other, besides frames.
+//! Values that the CAN controller and the node tell each other, besides frames.
 
 use heapless::Vec;
 
@@ -9,9 +9,9 @@ use crate::can::Frame;
 pub enum BusState {
     /// The controller takes part in the bus.
     Active,
-    /// It takes part, but has met so many errors that it does not tell others of errors any more.
+    /// The controller takes part, but has met so many errors that it does not tell others of errors any more.
     Passive,
-    /// It takes no part.
+    /// The controller takes no part.
     Off,
 }
 
@@ -68,7 +68,7 @@ pub trait Bus {
     /// Drops all frames that have not been sent.
     fn clear(&mut self);
 
-    /// The node has sent what it can. It is to be asked again when a frame has gone, if it `waits` for that, or if frames
-    /// wait in the controller.
+    /// The node has sent what it can. It is to be asked again when a frame has gone, if it `waits` for that, or if
+    /// frames wait in the controller.
     fn wait(&mut self, waits: bool);
 }

@@ -88,7 +88,7 @@ impl Entry {
         Entry::find(index, sub).map(|entry| (entry, entry.description()))
     }
 
-    /// What the services of CiA 301 have to know of the object.
+    /// The facts about the object that the services of CiA 301 have to know.
     pub(super) fn description(self) -> Description {
         let Row { data, access, mapping, .. } = self.row();
         Description { size: data.size() as u8, access: *access, mapping: *mapping }

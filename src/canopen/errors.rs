@@ -2,7 +2,7 @@
 
 use super::cia301::emcy::Messages;
 
-/// What the drive does when an emergency comes up.
+/// The reaction of the drive when an emergency comes up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reaction {
     /// Nothing.
@@ -13,7 +13,7 @@ pub enum Reaction {
     Fault,
 }
 
-/// Makes the enum of emergencies and their data, which are written one a line: code, first and second byte of the
+/// Makes the enum of emergencies and their data. They are written one a line: code, first and second byte of the
 /// manufacturer's field, bits of the error register, reaction, name, meaning.
 macro_rules! emergencies {
     ($($code:literal $first:literal $second:literal $register:literal $reaction:ident $name:ident $meaning:literal;)*) => {
@@ -36,7 +36,7 @@ macro_rules! emergencies {
                 }
             }
 
-            /// What the drive does when the emergency comes up.
+            /// The reaction of the drive when the emergency comes up.
             pub const fn reaction(self) -> Reaction {
                 match self {
                     $(Emergency::$name => Reaction::$reaction,)*
@@ -92,7 +92,7 @@ pub(super) type Named = (u16, u8);
 pub(super) struct Errors {
     /// The emergencies that have come up and have not been forgotten, each by its [`bit`](Emergency::bit).
     shown: u32,
-    /// Those whose causes exist.
+    /// The emergencies whose causes exist.
     existing: u32,
     /// The one that has come up last.
     last: Option<Emergency>,
@@ -150,8 +150,8 @@ impl Errors {
         }
     }
 
-    /// Notes whether the cause of an emergency exists, which is raised when it begins to. When it has ended, an error that is
-    /// no fault is over; a fault stays until it is reset. True if a fault has begun.
+    /// Notes whether the cause of an emergency exists, which is raised when it begins to. When it has ended, an error
+    /// that is no fault is over; a fault stays until it is reset. True if a fault has begun.
     ///
     /// Inlined as far as it asks whether anything has changed, which is asked for some of them in each turn.
     #[inline(always)]
@@ -181,8 +181,8 @@ impl Errors {
         self.existing &= !emergency.bit();
     }
 
-    /// True if the causes of these emergencies exist or not as has been noted: so a turn, in which seldom one has changed,
-    /// takes 375 cycles less than with a report of each.
+    /// True if the causes of these emergencies exist or not as has been noted. So a turn, in which seldom one has
+    /// changed, takes 375 cycles less than with a report of each.
     pub(super) fn are_noted(&self, causes: &[(Emergency, bool)]) -> bool {
         let bit = |(emergency, exists): &(Emergency, bool)| {
             let noted = self.existing & emergency.bit() != 0;

@@ -17,14 +17,14 @@ use super::values::pdos;
 use super::write::named;
 use super::{COMMAND, CONTROL, SDO_REPLY, SDO_REQUEST};
 use crate::can::{CanFrame, Frame, Id, StandardId};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::executor::Product;
 use crate::units::Micros;
 
 /// Indices from here on are not of communication; a reset of communication leaves them as they are.
 const COMMUNICATION_END: u16 = 0x2000;
 
-impl<T: Board<Product: Product>> Node<T> {
+impl<T: Circuit<Product: Product>> Node<T> {
     /// Takes a frame from the bus. Frames after one that restarts the node are ignored.
     pub fn receive(&mut self, now: Micros, frame: &Frame) {
         self.now = now;
@@ -127,8 +127,8 @@ impl<T: Board<Product: Product>> Node<T> {
         (self.manufacturer_mode, self.filters_changed) = (false, true);
     }
 
-    /// Sends what the node has to send, and sees to the filters before, because what a reply confirms is to hold. Off the
-    /// bus the node keeps its frames.
+    /// Sends what the node has to send, and sees to the filters before, because what a reply confirms is to hold. Off
+    /// the bus the node keeps its frames.
     pub fn send(&mut self, bus: &mut impl Bus) {
         if let Some(filters) = self.filters() {
             bus.listen_to(&filters);

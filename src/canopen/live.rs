@@ -3,7 +3,7 @@
 
 use super::object::Object;
 use super::values::Values;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::param::AxisParameter as P;
 
 /// The flags of the driver.
@@ -22,7 +22,7 @@ pub(super) mod flags {
     pub(crate) const OPEN_B: u32 = 1 << 6;
 }
 
-/// What was read in the last turn.
+/// The readings of the last turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Live {
     /// The counter of the ramp generator, in microsteps.
@@ -49,7 +49,7 @@ pub(super) struct Live {
 
 impl Live {
     /// The readings that a device has taken, with the way that the motor has made. None of them takes a datagram.
-    pub(super) fn of<T: Board>(device: &mut Device<T, 1>, way: u64) -> Self {
+    pub(super) fn of<T: Circuit>(device: &mut Device<T, 1>, way: u64) -> Self {
         let inputs = device.inputs();
         let (digital, [analog, ..]) = (inputs.digital, inputs.analog);
         let [left, right] = device.stop_switches(0).unwrap_or_default();
@@ -71,7 +71,7 @@ impl Live {
     }
 
     /// Takes what a device has read since. True if it is something else.
-    pub(super) fn take<T: Board>(&mut self, device: &mut Device<T, 1>) -> bool {
+    pub(super) fn take<T: Circuit>(&mut self, device: &mut Device<T, 1>) -> bool {
         let live = Live::of(device, self.way);
         let changes = live != *self;
         *self = live;
@@ -95,6 +95,6 @@ impl Live {
 }
 
 /// True if the built-in encoder is connected.
-pub(super) fn has_encoder<T: Board>(device: &Device<T, 1>) -> bool {
+pub(super) fn has_encoder<T: Circuit>(device: &Device<T, 1>) -> bool {
     device.inputs().axes.iter().all(|sensors| sensors.encoder.is_some())
 }

@@ -1,5 +1,6 @@
-//! The objects whose saved values are gone, because neither copy of their page in the EEPROM can be read: they have their
-//! defaults, and the drive is in FAULT until they have been written, or a save or a restore has taken their place.
+//! The objects whose saved values are gone, because neither copy of their page in the EEPROM can be read. They have
+//! their defaults, and the drive is in FAULT until they have been written, or a save or a restore has taken their
+//! place.
 
 use super::entry::Entry;
 use super::store::SLOTS;
@@ -10,7 +11,7 @@ use crate::store::{Memory, Store};
 const BITS: usize = u32::BITS as usize;
 const WORDS: usize = SLOTS.div_ceil(BITS);
 
-/// What is gone.
+/// The values that are gone.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lost {
     /// The slots of these objects, one bit each.
@@ -20,8 +21,8 @@ pub(super) struct Lost {
 }
 
 impl Lost {
-    /// The objects of the pages that a store has lost; all of an EEPROM that does not answer. None if all are being stored
-    /// anew, which at the start are the settings of the factory, that somebody has asked for.
+    /// The objects of the pages that a store has lost; all of an EEPROM that does not answer. None if all are being
+    /// stored anew, which at the start are the settings of the factory, that somebody has asked for.
     pub(super) fn of<M: Memory>(store: &Store<M>) -> Self {
         if store.is_storing() {
             return Lost::default();
@@ -35,8 +36,8 @@ impl Lost {
         all
     }
 
-    /// The objects whose indices are below `end` have been restored once more: those are lost again of which there still is
-    /// nothing to be restored.
+    /// The objects whose indices are below `end` have been restored once more: those are lost again of which there
+    /// still is nothing to be restored.
     pub(super) fn lose_again<M: Memory>(&mut self, store: &Store<M>, end: u16) {
         let lost = Lost::of(store);
         for entry in entries().filter(|entry| entry.row().first < end && lost.contains(*entry)) {

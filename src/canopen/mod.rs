@@ -1,15 +1,15 @@
-//! The CANopen firmware (manual 001 of the CANopen firmware, V3.20): a [device](crate::device::Device) with one axis, the
-//! communication of CiA 301, and the drive of CiA 402.
+//! The CANopen firmware (manual 001 of the CANopen firmware, V3.20): a [device](crate::device::Device) with one axis,
+//! the communication of CiA 301, and the drive of CiA 402.
 //!
 //! Frames come in by [`Node::receive`] and go out by [`Node::next_frame`]; time and inputs come in by [`Node::poll`].
 //! After each `receive` and `poll` the caller takes frames until there is none: so a PDO that a frame has caused leaves
-//! before the reply to a later one. The objects are rows of one table ([`ROWS`]), in which stands what reading and writing
-//! each of them does; what is special about one stands in `read.rs` and `write.rs`.
+//! before the reply to a later one. The objects are rows of one table ([`ROWS`]), in which stands what reading and
+//! writing each of them does; what is special about one stands in `read.rs` and `write.rs`.
 //!
-//! Each part owns what it notes, and is lent what it needs of the others for a call: `cia301` the services, `drive` the
-//! drive, `settings.rs` the values of objects, `live.rs` what was measured, `errors.rs` what is wrong, `lost.rs` what the
-//! EEPROM has lost, `address.rs` who the node is, `tunnel.rs` TMCL mode. `node.rs` puts them together, and
-//! `frames.rs` has the frames that come in and go out.
+//! Each part owns what it notes, and is lent what it needs of the others for a call. `cia301` has the services, `drive`
+//! the drive, `settings.rs` the values of objects, `live.rs` what was measured. `errors.rs` has what is wrong,
+//! `lost.rs` what the EEPROM has lost, `address.rs` who the node is, `tunnel.rs` TMCL mode. `node.rs` puts them
+//! together, and `frames.rs` has the frames that come in and go out.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 

@@ -14,7 +14,7 @@ use super::live::Live;
 use super::lost::Lost;
 use super::settings::Settings;
 use super::tunnel::Tunnel;
-use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
+use crate::device::{Circuit, Device, Inputs, Outputs, Parts, Piece};
 use crate::executor::Product;
 use crate::motion::{Axis, Events};
 use crate::store::{Finished, Need, Store};
@@ -24,7 +24,7 @@ use crate::units::Micros;
 const BLINK_MS: u64 = 1000;
 
 /// A CANopen node.
-pub struct Node<T: Board<Product: Product>> {
+pub struct Node<T: Circuit<Product: Product>> {
     pub(super) device: Device<T, 1>,
     /// The time of the last frame or poll.
     pub(super) now: Micros,
@@ -49,7 +49,7 @@ pub struct Node<T: Board<Product: Product>> {
     pub(super) tunnel: Tunnel,
 }
 
-impl<T: Board<Product: Product>> fmt::Debug for Node<T> {
+impl<T: Circuit<Product: Product>> fmt::Debug for Node<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Node { device, identity, services, .. } = self;
         let mut node = f.debug_struct("Node");
@@ -57,9 +57,9 @@ impl<T: Board<Product: Product>> fmt::Debug for Node<T> {
     }
 }
 
-impl<T: Board<Product: Product>> Node<T> {
-    /// A node before its [start](Self::start). Inlined, as [`Device::new`](crate::device::Device::new) is, so that on the
-    /// way to its place the node is on the stack once.
+impl<T: Circuit<Product: Product>> Node<T> {
+    /// A node before its [start](Self::start). Inlined, as [`Device::new`](crate::device::Device::new) is, so that on
+    /// the way to its place the node is on the stack once.
     #[inline(always)]
     pub fn new(parts: Parts<T, 1>) -> Self {
         Node {
@@ -81,14 +81,15 @@ impl<T: Board<Product: Product>> Node<T> {
         }
     }
 
-    /// Before the start: the address that the node had before a restart. It is in force if the EEPROM does not tell another.
+    /// Before the start: the address that the node had before a restart. It is in force if the EEPROM does not tell
+    /// another.
     pub const fn remember(&mut self, address: Option<Address>) {
         self.identity.kept = address;
     }
 
     /// Starts the node: stops the motor, restores the saved objects, sets up the chips, and boots up. The drivers stay
-    /// off. `load` fills the store from the EEPROM, which takes some time. Without an [address](Self::address) the node says
-    /// nothing.
+    /// off. `load` fills the store from the EEPROM, which takes some time. Without an [address](Self::address) the node
+    /// says nothing.
     pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<T::Product>)) {
         let Node { device, settings, identity, .. } = self;
         device.halt();
@@ -141,8 +142,8 @@ impl<T: Board<Product: Product>> Node<T> {
         self.device.axes()
     }
 
-    /// True if a poll at `now` takes the inputs over, as the first of each millisecond does. What inputs note until they
-    /// are read, as edges of an encoder, is to be read for such a poll only.
+    /// True if a poll at `now` takes the inputs over, as the first of each millisecond does. What inputs note until
+    /// they are read, as edges of an encoder, is to be read for such a poll only.
     pub fn takes_inputs(&self, now: Micros) -> bool {
         now.0 >= self.device.deadline().0 && matches!(self.device.next_piece(), Piece::Beginning)
     }
@@ -157,8 +158,8 @@ impl<T: Board<Product: Product>> Node<T> {
         self.device.restart().is_some()
     }
 
-    /// Does all that is due at `now`: to be called at [`Node::deadline`], or as soon after it as can be. Takes the inputs
-    /// as they are now, and returns the outputs as they are to be set.
+    /// Does all that is due at `now`: to be called at [`Node::deadline`], or as soon after it as can be. Takes the
+    /// inputs as they are now, and returns the outputs as they are to be set.
     pub fn poll(&mut self, now: Micros, inputs: &Inputs<1>) -> Outputs {
         self.now = now;
         let released = self.services.pdos.take_released();
@@ -219,7 +220,7 @@ impl<T: Board<Product: Product>> Node<T> {
         match piece {
             _ if self.tunnel.is_open() => self.tunnel.take_turn(self.now, &mut self.device, inputs),
             // One axis goes on no line.
-            Piece::Lines => {}
+            Piece::Interpolations => {}
             Piece::Reading => self.device.next_reading(),
             Piece::Axis | Piece::Beginning => {
                 if piece == Piece::Beginning {

@@ -9,15 +9,15 @@ use crate::param::AxisParameter;
 /// Version of the firmware: that of the manual it follows.
 pub const VERSION: &str = "3.20";
 
-/// What writing an object does, besides that its value changes.
+/// The effect of writing an object, besides that its value changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Writing {
     /// Nothing.
     Plain,
     /// A parameter of the axis changes.
     Axis(AxisParameter, Form),
-    /// What the motion controller makes of velocities and accelerations changes, and with it this parameter of the axis, if
-    /// there is one.
+    /// The scale of velocities and accelerations in the motion controller changes, and with it this parameter of the
+    /// axis, if there is one.
     Scaled(Option<AxisParameter>),
     /// A PDO's record changes.
     Record(Direction, Field),
@@ -25,7 +25,8 @@ pub enum Writing {
     Special(Special),
 }
 
-/// A row of the object table. Objects that each PDO has stand in one row. Names and units are for people, so an image has none.
+/// A row of the object table. Objects that each PDO has stand in one row. Names and units are for people, so an image
+/// has none.
 #[derive(Debug)]
 pub struct Row {
     /// The index, or that of the first PDO.
@@ -38,7 +39,7 @@ pub struct Row {
     /// whole stands in front of a colon.
     #[cfg(not(target_os = "none"))]
     pub name: &'static str,
-    /// What the index is.
+    /// The kind of the index.
     pub kind: Kind,
     /// Type of the value.
     pub data: Type,
@@ -57,10 +58,10 @@ pub struct Row {
     pub storage: Storage,
     /// When the object may be written.
     pub when: When,
-    /// What the firmware finds when the object is read; `None` where it is read from where its value is, or has its default
-    /// always.
+    /// The value that the firmware finds when the object is read; `None` where it is read from where its value is, or
+    /// has its default always.
     pub computed: Option<Computed>,
-    /// What writing it does.
+    /// The effect of writing it.
     pub writing: Writing,
 }
 
@@ -107,10 +108,10 @@ impl Row {
     }
 }
 
-/// Makes the enum of objects and their rows, which are written one a line: index, or first and last index of the PDOs;
-/// sub-index, object, name, kind, type, access, mapping, ranges; default; unit, storage; when it may be written. Then what
-/// reading and writing it does, if that is more than to get and to set the value: *read specially*, and *written specially*
-/// or one of the other kinds of [`Writing`].
+/// Makes the enum of objects and their rows, which are written one a line. A line has the index, or first and last
+/// index of the PDOs; sub-index, object, name, kind, type, access, mapping, ranges; default; unit, storage; when it may
+/// be written. Then follows what reading and writing it does, if that is more than to get and to set the value. That is
+/// *read specially*, and *written specially* or one of the other kinds of [`Writing`].
 macro_rules! objects {
     ($(
         $first:literal $(..= $last:literal)? $sub:literal $object:ident $name:literal $kind:ident $data:ident
@@ -170,7 +171,7 @@ macro_rules! objects {
     };
 }
 
-/// What reading the object of a row takes.
+/// Gives the computation that reading the object of a row takes.
 macro_rules! computed {
     () => {
         None
@@ -180,7 +181,7 @@ macro_rules! computed {
     };
 }
 
-/// What writing the object of a row does.
+/// Gives the effect of writing the object of a row.
 macro_rules! writing {
     () => {
         Writing::Plain

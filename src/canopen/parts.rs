@@ -8,11 +8,11 @@ use super::entry::Entry;
 use super::errors::{Emergency, Reaction};
 use super::object::Object;
 use super::read::View;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::executor::Product;
 
-impl<T: Board<Product: Product>> Node<T> {
-    /// What the objects are read from, and the services, which read them.
+impl<T: Circuit<Product: Product>> Node<T> {
+    /// The services, and the view from which they read the objects.
     pub(super) fn services(&mut self) -> (&mut Services<Entry>, View<'_, T>) {
         let Node { device, settings, live, errors, drive, tunnel, identity, services, manufacturer_mode, .. } = self;
         let (state, address, manufacturer_mode) = (services.state, identity.address, *manufacturer_mode);
@@ -66,8 +66,8 @@ impl<T: Board<Product: Product>> Node<T> {
         });
     }
 
-    /// Has those PDOs sent that carry something else than before. Inlined as far as it asks whether anything has changed,
-    /// which is asked after each frame.
+    /// Has those PDOs sent that carry something else than before. Inlined as far as it asks whether anything has
+    /// changed, which is asked after each frame.
     #[inline(always)]
     pub(super) fn look_for_events(&mut self) {
         let touched = self.errors.have_changed() || self.services.pdos.touched;

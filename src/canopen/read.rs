@@ -1,4 +1,4 @@
-//! What reading an object gives.
+//! The values that reading an object gives.
 
 use super::address::Address;
 use super::cia301::nmt::Nmt;
@@ -10,7 +10,7 @@ use super::object::{Computed, Object};
 use super::row::{Initial, Storage};
 use super::settings::{PINS, Settings};
 use super::tunnel::Tunnel;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::executor::Product;
 
 /// The value of an object that is read.
@@ -26,8 +26,8 @@ pub(super) enum Value {
     Octets([u8; 7]),
 }
 
-/// What the objects are read from.
-pub(super) struct View<'a, T: Board<Product: Product>> {
+/// The sources from which the objects are read.
+pub(super) struct View<'a, T: Circuit<Product: Product>> {
     pub(super) device: &'a Device<T, 1>,
     pub(super) settings: &'a Settings,
     pub(super) live: &'a Live,
@@ -39,7 +39,7 @@ pub(super) struct View<'a, T: Board<Product: Product>> {
     pub(super) manufacturer_mode: bool,
 }
 
-impl<T: Board<Product: Product>> View<'_, T> {
+impl<T: Circuit<Product: Product>> View<'_, T> {
     /// Reads an object. What is measured is as the last turn has read it.
     pub(super) fn read(&self, entry: Entry) -> Value {
         let row = entry.row();
@@ -53,7 +53,7 @@ impl<T: Board<Product: Product>> View<'_, T> {
         }
     }
 
-    /// What reads the number that an object of up to 32 bits has; of any other 0.
+    /// Returns a function that reads the number of an object of up to 32 bits; of any other object it reads 0.
     pub(super) fn reader(&self) -> impl Fn(Entry) -> u32 {
         |entry| match self.read(entry) {
             Value::Number(number) => number,
@@ -111,7 +111,7 @@ impl<T: Board<Product: Product>> View<'_, T> {
         })
     }
 
-    /// What the statusword shows of it.
+    /// The part of the view that the statusword shows.
     fn shown(&self) -> Shown<'_, T> {
         let View { device, settings, live, errors, state, tunnel, .. } = *self;
         Shown { device, settings, live, errors, state, in_tmcl_mode: tunnel.is_open() }

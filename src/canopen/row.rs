@@ -1,9 +1,9 @@
-//! What the object table says about an object.
+//! The facts that the object table has about an object.
 
-/// What an index is: a single value, or a group of values of the same type or of several.
+/// The kind of an index: a single value, or a group of values of the same type or of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// One value, at sub-index 0.
+    /// A single value, at sub-index 0.
     Var,
     /// Values of the same type; sub-index 0 has the highest sub-index.
     Array,

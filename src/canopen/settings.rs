@@ -1,5 +1,5 @@
-//! The settings of a node, with what the motion controller makes of velocities and accelerations by them; and how they reach
-//! the axis and the outputs, at the start and when they are written.
+//! The settings of a node, with what the motion controller makes of velocities and accelerations by them. Here is also
+//! how they reach the axis and the outputs, at the start and when they are written.
 
 use super::cia301::abort::Abort;
 use super::drive::unit::{Scale, admit_ramp};
@@ -8,7 +8,7 @@ use super::object::{Object, ROWS, Row, Writing};
 use super::row::Form;
 use super::switches::Switches;
 use super::values::Values;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::motion::Error;
 use crate::param::AxisParameter as P;
 use crate::units::{Internal, Micros};
@@ -40,7 +40,7 @@ impl Form {
 #[derive(Debug)]
 pub(super) struct Settings {
     pub(super) values: Values,
-    /// What the motion controller makes of velocities and accelerations, by the values.
+    /// The scale of velocities and accelerations in the motion controller, by the values.
     pub(super) scale: Scale,
 }
 
@@ -78,13 +78,13 @@ impl Settings {
         self.scale.acceleration(self.of(object))
     }
 
-    /// What 2005h says.
+    /// The settings of the switches (2005h).
     pub(super) fn switches(&self) -> Switches {
         Switches::of(self.of(Object::LimitSwitches))
     }
 
     /// Gives the axis the restored values, before the start of the device writes them to the chips.
-    pub(super) fn preset<T: Board>(&mut self, device: &mut Device<T, 1>) {
+    pub(super) fn preset<T: Circuit>(&mut self, device: &mut Device<T, 1>) {
         self.scale = Scale::of(&self.values);
         let Some(mut axis) = device.axis(0) else { return };
         for (object, row) in Object::ALL.iter().zip(&ROWS) {
@@ -98,7 +98,7 @@ impl Settings {
     }
 
     /// Tells the axis how many microsteps a turn of the motor has, from which the position of the encoder follows.
-    pub(super) fn tell_turn<T: Board>(&self, device: &mut Device<T, 1>) {
+    pub(super) fn tell_turn<T: Circuit>(&self, device: &mut Device<T, 1>) {
         if let Some(mut axis) = device.axis(0) {
             axis.state_mut().set_turn(self.scale.turn() as i32);
         }
@@ -108,7 +108,7 @@ impl Settings {
     ///
     /// # Errors
     /// The chips cannot be told, and nothing has changed.
-    pub(super) fn write_parameter<T: Board>(
+    pub(super) fn write_parameter<T: Circuit>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -120,7 +120,7 @@ impl Settings {
         Ok(())
     }
 
-    fn tell_parameter<T: Board>(
+    fn tell_parameter<T: Circuit>(
         &self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -132,13 +132,13 @@ impl Settings {
         axis.set(now, parameter, form.parameter(value, &self.scale)).map_err(abort)
     }
 
-    /// Writes one of the objects on which the divisors depend. While the bridges may be on, the divisors have to stay: so
-    /// the microsteps in a turn, on which rpm depend, are changed only while the drive `is_disabled`.
+    /// Writes one of the objects on which the divisors depend. While the bridges may be on, the divisors have to stay:
+    /// so the microsteps in a turn, on which rpm depend, are changed only while the drive `is_disabled`.
     ///
     /// # Errors
     /// The drive is in another state, or the motion controller could go to no position, or the chips cannot be told;
     /// nothing has changed.
-    pub(super) fn write_scaled<T: Board>(
+    pub(super) fn write_scaled<T: Circuit>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -166,7 +166,7 @@ impl Settings {
     ///
     /// # Errors
     /// As [`Settings::write_scaled`].
-    pub(super) fn write_largest<T: Board>(
+    pub(super) fn write_largest<T: Circuit>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -187,7 +187,7 @@ impl Settings {
     ///
     /// # Errors
     /// The chips cannot be told, and nothing has changed.
-    pub(super) fn write_dimension<T: Board>(
+    pub(super) fn write_dimension<T: Circuit>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -206,9 +206,9 @@ impl Settings {
         self.rescale(now, device, largest)
     }
 
-    /// Changes objects, and takes over the scale that follows from them. Objects from which other divisors follow are written
-    /// in SWITCH ON DISABLED alone, where the motor stands.
-    fn rescale<T: Board, const N: usize>(
+    /// Changes objects, and takes over the scale that follows from them. Objects from which other divisors follow are
+    /// written in SWITCH ON DISABLED alone, where the motor stands.
+    fn rescale<T: Circuit, const N: usize>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,
@@ -224,7 +224,7 @@ impl Settings {
     }
 
     /// Tells the axis what depends on the scale. It has these divisors.
-    fn tell_scale<T: Board>(&self, now: Micros, device: &mut Device<T, 1>, known: (u8, u8)) -> Result<(), Abort> {
+    fn tell_scale<T: Circuit>(&self, now: Micros, device: &mut Device<T, 1>, known: (u8, u8)) -> Result<(), Abort> {
         let (ramp, pulse) = self.scale.divisors();
         if let Some(mut axis) = device.axis(0).filter(|_| (ramp, pulse) != known) {
             axis.set_divisors(ramp.into(), pulse.into()).map_err(abort)?;
@@ -236,7 +236,7 @@ impl Settings {
     }
 
     /// Sets the outputs that the mask lets be switched, and the brake at OUT0, `released` or applied, if there is one.
-    pub(super) fn switch_outputs<T: Board>(&self, device: &mut Device<T, 1>, released: bool) {
+    pub(super) fn switch_outputs<T: Circuit>(&self, device: &mut Device<T, 1>, released: bool) {
         let pins = |object| (self.of(object) >> PINS) as u8;
         let (mut mask, mut wanted) = (pins(Object::OutputMask) & OUTPUTS, pins(Object::PhysicalOutputs));
         if let Some(on) = self.brake(released) {
@@ -254,7 +254,7 @@ impl Settings {
     }
 
     /// Switches the pull-up resistors.
-    pub(super) fn switch_pull_ups<T: Board>(&self, device: &mut Device<T, 1>) {
+    pub(super) fn switch_pull_ups<T: Circuit>(&self, device: &mut Device<T, 1>) {
         device.outputs_mut().pull_ups = (self.of(Object::PullUps) != 0).into();
     }
 }

@@ -1,5 +1,5 @@
-//! What is saved in the EEPROM: the objects with a slot, in three groups (1010h, 1011h, 2706h). Program memory belongs
-//! to the TMCL firmware and is never touched.
+//! The objects that are saved in the EEPROM: those with a slot, in three groups (1010h, 1011h, 2706h). Program memory
+//! belongs to the TMCL firmware and is never touched.
 
 use core::task::Poll;
 

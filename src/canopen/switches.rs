@@ -4,7 +4,7 @@
 //! the axis itself watches the right one, once in each turn.
 
 use super::live::Live;
-use crate::device::{Board, Device, Inversion};
+use crate::device::{Circuit, Device, Inversion};
 use crate::param::AxisParameter as P;
 
 /// Bits of 2005h: the switch is not in use.
@@ -16,7 +16,7 @@ const LEFT_INVERTED: u32 = 1 << 2;
 const RIGHT_INVERTED: u32 = 1 << 3;
 const HOME_INVERTED: u32 = 1 << 5;
 
-/// What 2005h says of the switches.
+/// The settings of the switches, as 2005h has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Switches(u32);
 
@@ -41,7 +41,8 @@ impl Switches {
         self.has(HOME_INVERTED)
     }
 
-    /// What the motion controller inverts: its switches, if those that it watches are closed while their inputs are low.
+    /// The inversion in the motion controller: that of its switches, if those that it watches are closed while their
+    /// inputs are low.
     pub(super) const fn inversion(self) -> Inversion {
         let inverted = match self.limits() {
             [true, _] => self.has(LEFT_INVERTED),
@@ -62,7 +63,7 @@ impl Switches {
 
     /// Tells the axis which switches it has, without telling its chips. What the motion controller is to invert is
     /// returned.
-    pub(super) fn preset<T: Board>(self, device: &mut Device<T, 1>) -> Inversion {
+    pub(super) fn preset<T: Circuit>(self, device: &mut Device<T, 1>) -> Inversion {
         if let Some(mut axis) = device.axis(0) {
             let [left, right] = self.limits();
             axis.state_mut().watch_right_switch(self.watched());
@@ -72,9 +73,9 @@ impl Switches {
         self.inversion()
     }
 
-    /// Tells the axis and its motion controller that 2005h has changed. The motor stands; which switches stop it is written
-    /// with the next motion command.
-    pub(super) fn tell<T: Board>(self, device: &mut Device<T, 1>) {
+    /// Tells the axis and its motion controller that 2005h has changed. The motor stands; which switches stop it is
+    /// written with the next motion command.
+    pub(super) fn tell<T: Circuit>(self, device: &mut Device<T, 1>) {
         let inversion = self.preset(device);
         // What a motion controller that is silent has not taken is told when the device starts again.
         let _ = device.invert(inversion);

@@ -1,12 +1,12 @@
-//! TMCL mode (2700h, 1023h): the device is in the hands of an executor of TMCL, which the master gives one command after the
-//! other. Only a reset of the node (81h) leads back.
+//! TMCL mode (2700h, 1023h): the device is in the hands of an executor of TMCL, which the master gives one command
+//! after the other. Only a reset of the node (81h) leads back.
 //!
 //! The executor has no program memory, and the EEPROM stays the node's: what would be stored is refused. Network
-//! management, SDO, error control, emergencies and transmitted PDOs go on as before. The drive stays SWITCH ON DISABLED,
-//! although the bridges are on; what would be a fault of the drive stops the motor.
+//! management, SDO, error control, emergencies and transmitted PDOs go on as before. The drive stays SWITCH ON
+//! DISABLED, although the bridges are on; what would be a fault of the drive stops the motor.
 
 use super::cia301::abort::Abort;
-use crate::device::{Board, Device, Inputs, Inversion, Piece};
+use crate::device::{Circuit, Device, Inputs, Inversion, Piece};
 use crate::executor::{Answered, LENGTH, Product, Solo};
 use crate::units::Micros;
 
@@ -23,7 +23,7 @@ pub(super) struct Tunnel {
     executor: Solo,
     /// The device is in TMCL mode.
     open: bool,
-    /// What became of the last command, as 1023h.2 has it; 0 before the first one.
+    /// The outcome of the last command, as 1023h.2 has it; 0 before the first one.
     status: u8,
     /// The reply to the last command, as 1023h.3 has it.
     reply: [u8; COMMAND],
@@ -41,7 +41,7 @@ impl Tunnel {
         self.open
     }
 
-    /// What became of the last command (1023h.2).
+    /// The outcome of the last command (1023h.2).
     pub(super) const fn status(&self) -> u8 {
         self.status
     }
@@ -58,10 +58,10 @@ impl Tunnel {
     }
 
     /// In TMCL mode: does the next piece of the turn of each millisecond.
-    pub(super) fn take_turn<T: Board>(&mut self, now: Micros, device: &mut Device<T, 1>, inputs: &Inputs<1>) {
+    pub(super) fn take_turn<T: Circuit>(&mut self, now: Micros, device: &mut Device<T, 1>, inputs: &Inputs<1>) {
         match device.next_piece() {
             // One axis goes on no line.
-            Piece::Lines => return,
+            Piece::Interpolations => return,
             Piece::Reading => return device.next_reading(),
             Piece::Axis => {}
             Piece::Beginning => {
@@ -84,7 +84,7 @@ impl Tunnel {
     ///
     /// # Errors
     /// [`Abort::State`] outside TMCL mode.
-    pub(super) fn execute<T: Board<Product: Product>>(
+    pub(super) fn execute<T: Circuit<Product: Product>>(
         &mut self,
         now: Micros,
         device: &mut Device<T, 1>,

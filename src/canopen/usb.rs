@@ -1,10 +1,10 @@
-//! The USB port of the CANopen firmware. Its telegrams are those of TMCL, but there are two commands alone: that of the
-//! version, by which the update tool of the vendor knows a module, and that of the factory settings, with which a node that
-//! does not know its address starts.
+//! The USB port of the CANopen firmware. Its telegrams are those of TMCL, but there are two commands alone. By that of
+//! the version the update tool of the vendor knows a module. The other is that of the factory settings, with which a
+//! node that does not know its address starts.
 
 use super::Node;
 use super::lost::Lost;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::executor::Product;
 use crate::tmcl::binary::Addressed;
 use crate::tmcl::{CONFIRMATION, Opcode, Reply, Status};
@@ -25,7 +25,7 @@ const NUMBER: i32 = 0x0474_0314;
 /// The number of the command that restores the settings of the factory.
 const FACTORY: u8 = Opcode::FactorySettings as u8;
 
-impl<T: Board<Product: Product>> Node<T> {
+impl<T: Circuit<Product: Product>> Node<T> {
     /// Serves a telegram. As in the TMCL firmware any address will do, because the cable has two ends alone.
     pub fn serve_usb(&mut self, now: Micros, telegram: &Addressed) -> Reply {
         let Addressed { command, intact, .. } = *telegram;

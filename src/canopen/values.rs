@@ -102,8 +102,8 @@ impl Values {
         }
     }
 
-    /// Gives PDOs their default mapping where the record says something impossible: a power cut may have left a part of an
-    /// older one in the EEPROM.
+    /// Gives PDOs their default mapping where the record says something impossible: a power cut may have left a part of
+    /// an older one in the EEPROM.
     pub(super) fn mend_mappings(&mut self, node: u8) {
         for (direction, nth) in pdos() {
             if Map::of(&self.record(direction, nth), direction, Entry::described).is_ok() {

@@ -1,4 +1,4 @@
-//! What writing an object does, and what an SDO and a PDO ask for.
+//! The effects of writing an object, and what an SDO and a PDO ask for.
 
 use core::task::Poll;
 
@@ -15,7 +15,7 @@ use super::object::{Object, Row, Special, Writing};
 use super::row::When;
 use super::store::{Group, load_defaults};
 use super::tunnel::COMMAND;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::executor::Product;
 
 /// `save`, written to 1010h and 2706h.
@@ -27,8 +27,8 @@ const MAKE: u32 = u32::from_le_bytes(*b"make");
 /// `kill`, written to 2701h.
 const KILL: u32 = u32::from_le_bytes(*b"kill");
 
-/// The object that an SDO names. The manual's table has 2706h at sub-index 0, its text at sub-index 1: four bytes that are
-/// written to the former are for the latter.
+/// The object that an SDO names. The manual's table has 2706h at sub-index 0, its text at sub-index 1: four bytes that
+/// are written to the former are for the latter.
 #[inline(always)]
 pub(super) fn named(index: u16, sub: u8, written: Option<u32>) -> Result<Entry, Abort> {
     let entry = Entry::find(index, sub)?;
@@ -45,7 +45,7 @@ fn check(row: &Row, number: i64) -> Result<(), Abort> {
     }
 }
 
-impl<T: Board<Product: Product>> Node<T> {
+impl<T: Circuit<Product: Product>> Node<T> {
     /// Writes the bytes of an SDO to an object. Pending while they are being saved.
     ///
     /// # Errors
@@ -59,8 +59,8 @@ impl<T: Board<Product: Product>> Node<T> {
         self.write(entry, entry.row().data.extend(u32::from_le_bytes([a, b, c, d])))
     }
 
-    /// Writes the objects of PDOs that were received together, in their order, but the controlword last: it acts upon the
-    /// others. Each value is refused for itself.
+    /// Writes the objects of PDOs that were received together, in their order, but the controlword last: it acts upon
+    /// the others. Each value is refused for itself.
     pub(super) fn carry_out(&mut self, pdos: &[Carried<Entry>]) {
         if self.tunnel.is_open() {
             return self.raise(Emergency::Refused);
@@ -80,7 +80,8 @@ impl<T: Board<Product: Product>> Node<T> {
         }
     }
 
-    /// Writes a number, as [`Type::extend`](super::Type::extend) gives it, to an object. Pending while it is being saved.
+    /// Writes a number, as [`Type::extend`](super::Type::extend) gives it, to an object. Pending while it is being
+    /// saved.
     ///
     /// # Errors
     /// The value is refused, and nothing has changed.
@@ -116,8 +117,8 @@ impl<T: Board<Product: Product>> Node<T> {
         Ok(Poll::Ready(()))
     }
 
-    /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then. The
-    /// bridges are off, too, in the FAULT that settings have led to which are lost; there a master writes its list.
+    /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then.
+    /// The bridges are off, too, in the FAULT that settings have led to which are lost; there a master writes its list.
     fn is_disabled(&self) -> bool {
         match self.drive.state() {
             State::SwitchOnDisabled => !self.tunnel.is_open(),
@@ -241,8 +242,8 @@ impl<T: Board<Product: Product>> Node<T> {
         Ok(Poll::Ready(()))
     }
 
-    /// Saves or restores a group, as the object asks for whose signature is given, if that is the value that was written. Not
-    /// while a store is under way whose master has given it up: its values must not mix with others.
+    /// Saves or restores a group, as the object asks for whose signature is given, if that is the value that was
+    /// written. Not while a store is under way whose master has given it up: its values must not mix with others.
     #[inline(never)]
     fn keep(&mut self, value: u32, signature: u32, group: Group) -> Result<Poll<()>, Abort> {
         let (node, store) = (self.identity.address.node, self.device.store_mut());
@@ -268,8 +269,8 @@ impl<T: Board<Product: Product>> Node<T> {
         }
     }
 
-    /// Executes a command of TMCL mode. Until the brake is released, and while there is the cause of a fault, it starts no
-    /// motion.
+    /// Executes a command of TMCL mode. Until the brake is released, and while there is the cause of a fault, it starts
+    /// no motion.
     ///
     /// # Errors
     /// [`Abort::State`] outside TMCL mode.

@@ -1,5 +1,5 @@
-//! Driver of the AT25 EEPROMs with addresses of 16 bits: the AT25128 with 16 384 bytes in pages of 64, and larger ones
-//! with up to 65 536 bytes in pages of 64 or 128. A page is written within 5 ms (AT25128 datasheet).
+//! Driver of the AT25 EEPROMs with addresses of 16 bits: the AT25128 with 16 384 bytes in pages of 64, and larger ones.
+//! These have up to 65 536 bytes in pages of 64 or 128. A page is written within 5 ms (AT25128 datasheet).
 //!
 //! A write is only started here, and [`At25::busy`] tells when it is over; nothing waits but [`At25::settle`], which is
 //! for the start of the firmware.

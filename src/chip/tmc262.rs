@@ -1,7 +1,7 @@
-//! Driver of the TMC262 stepper driver: five write-only registers in datagrams of 20 bits, each answered by one of
-//! three status words (TMC262 datasheet, chapter 6; application note AN016).
+//! Driver of the TMC262 stepper driver: five write-only registers in datagrams of 20 bits. Each datagram is answered by
+//! one of three status words (TMC262 datasheet, chapter 6; application note AN016).
 //!
-//! The chip is written 24 bits at a time: four leading zeros fall out of its shift register of 20 bits, and the answer
+//! The chip is written 24 bits at a time. Four leading zeros fall out of its shift register of 20 bits, and the answer
 //! comes in the first 20 of the 24 bits.
 
 use embedded_hal::spi::SpiDevice;
@@ -247,8 +247,8 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
     let bit = |set: bool, n: u32| u32::from(set) << n;
     let field = |value: u8, n: u32| u32::from(value) << n;
     let drvctrl = bit(c.interpolation, 9) | bit(c.double_edge, 8) | field(8_u8.saturating_sub(c.microsteps), 0);
-    // The two hysteresis fields change their meaning with the chopper mode: in spreadCycle they are HEND and HSTRT;
-    // with constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds
+    // The two hysteresis fields change their meaning with the chopper mode. In spreadCycle they are HEND and HSTRT.
+    // With constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds
     // the sine wave offset. HDEC is bits 12 and 11 in spreadCycle.
     let (hend, hstrt, hdec) = if c.constant_toff {
         (

@@ -2,15 +2,15 @@
 //! chapters 6 to 8).
 //!
 //! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
-//! Every datagram brings the chip's status byte along; the last one is kept. A datagram whose answer is lost is repeated at
-//! once where that does no harm, up to twice.
+//! Every datagram brings the chip's status byte along; the last one is kept. A datagram whose answer is lost is
+//! repeated at once where that does no harm, up to twice.
 
 use embedded_hal::spi::SpiDevice;
 
 use super::REPEATS;
 use super::error::Error;
 
-/// One of the chip's three ramp generators.
+/// A ramp generator of the chip, which has three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RampGenerator {
@@ -63,9 +63,9 @@ pub enum Register {
 }
 
 impl Register {
-    /// How often a datagram to the register is repeated whose answer is lost: it may have reached the chip all the same.
-    /// A second write to X_ACTUAL would lose the steps that the motor has made since the first, one to X_LATCHED would arm
-    /// the latch anew, and one to the interrupt register would clear flags.
+    /// How often a datagram to the register is repeated whose answer is lost: it may have reached the chip all the
+    /// same. A second write to X_ACTUAL would lose the steps that the motor has made since the first. One to X_LATCHED
+    /// would arm the latch anew, and one to the interrupt register would clear flags.
     #[inline]
     const fn repeats(self, reads: bool) -> u8 {
         match self {
@@ -164,7 +164,8 @@ pub struct Tmc429<SPI> {
     spi: SPI,
     /// Status byte of the last datagram that was answered.
     status: u8,
-    /// A datagram and its repetitions were not answered, and the chip has not answered [`confirm`](Self::confirm) since.
+    /// A datagram and its repetitions were not answered, and the chip has not answered [`confirm`](Self::confirm)
+    /// since.
     unanswered: bool,
     /// The states of the reference switches as read for several who ask; `None` if that is too long ago.
     switches: Option<u32>,
@@ -182,7 +183,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         Tmc429 { spi, status: 0, unanswered: false, switches: None, shadow, interface: 0 }
     }
 
-    /// Stops all motors at once, whatever they were doing: a zero that is written to V_ACTUAL in hold mode, the only
+    /// Stops all motors at once, whatever they were doing. A zero that is written to V_ACTUAL in hold mode, the only
     /// mode in which that is allowed (datasheet section 8.1.6), ends the motion with the next pulse. Interrupts are
     /// masked: another firmware may have left them on, and a pending interrupt looks like a chip that does not answer.
     ///
@@ -331,8 +332,8 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Exchanges one datagram: SMDA and register index, and then 24 bits to be written, or the read bit and zeros. The
-    /// first byte of the answer is the status (datasheet section 6.2.2.2). If the answer is lost the datagram is repeated up
-    /// to `repeats` times, but not to a chip that has not been confirmed since it did not answer.
+    /// first byte of the answer is the status (datasheet section 6.2.2.2). If the answer is lost the datagram is
+    /// repeated up to `repeats` times, but not to a chip that has not been confirmed since it did not answer.
     fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>, repeats: u8) -> Result<u32, Error<SPI::Error>> {
         let read = if write.is_none() { READ } else { 0 };
         let word = u32::from(smda << 5 | index << 1 | read) << 24 | write.unwrap_or(0) & WORD;

@@ -94,8 +94,8 @@ pub struct Tmc5160<SPI> {
     spi: SPI,
     /// Status byte of the last datagram.
     status: u8,
-    /// The register for which the last datagram has asked; `None` also after a lost answer, because that datagram may not
-    /// have arrived.
+    /// The register for which the last datagram has asked; `None` also after a lost answer, because that datagram may
+    /// not have arrived.
     asked: Option<Register>,
     /// The register for which [`turn`](Self::turn) has asked, while no datagram has brought the answer.
     awaited: Option<Register>,
@@ -112,7 +112,8 @@ pub struct Tmc5160<SPI> {
 }
 
 impl<SPI: SpiDevice> Tmc5160<SPI> {
-    /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motor may be running.
+    /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motor may be
+    /// running.
     pub const fn new(spi: SPI) -> Self {
         Tmc5160 {
             spi,
@@ -143,8 +144,8 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     }
 
     /// Stops the motor at once, whatever it was doing. The speed cannot be written, but both switches stop the motor
-    /// without a ramp where both count as closed: their polarities are set so (datasheet section 12.2.4, option d). What
-    /// switches do is to be written anew when the motor stands.
+    /// without a ramp where both count as closed: their polarities are set so (datasheet section 12.2.4, option d).
+    /// What switches do is to be written anew when the motor stands.
     ///
     /// # Errors
     /// A datagram did not get through.
@@ -175,8 +176,8 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         self.write_repeating(register, word, register.repeats())
     }
 
-    /// Writes to one of the two registers that count, X_ACTUAL and X_ENC, while the motor stands: then nothing is lost by a
-    /// second write.
+    /// Writes to one of the two registers that count, X_ACTUAL and X_ENC, while the motor stands: then nothing is lost
+    /// by a second write.
     ///
     /// # Errors
     /// The datagram did not get through; the chip may have the position all the same.
@@ -211,7 +212,8 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     /// Reads a register, with two datagrams.
     ///
     /// # Errors
-    /// A datagram did not get through, or the chip has not been [confirmed](Self::confirm) since it once did not answer.
+    /// A datagram did not get through, or the chip has not been [confirmed](Self::confirm) since it once did not
+    /// answer.
     pub fn read(&mut self, register: Register) -> Result<u32, Error<SPI::Error>> {
         self.read_repeating(register, REPEATS)
     }
@@ -295,8 +297,8 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         if place(register) < SHADOWED.len() { 1_u32.unbounded_shl(place(register) as u32) } else { 0 }
     }
 
-    /// Exchanges datagrams, and if an answer is lost all of them again, up to `repeats` times; but not with a chip that has not
-    /// been confirmed since it did not answer.
+    /// Exchanges datagrams, and if an answer is lost all of them again, up to `repeats` times. None is repeated with a
+    /// chip that has not been confirmed since it did not answer.
     fn repeat<R>(
         &mut self,
         repeats: u8,
@@ -313,8 +315,8 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         result
     }
 
-    /// Exchanges one datagram: an address, and then 32 bits to be written, or zeros. The first byte of the answer is the
-    /// status, the others are what the datagram before has asked for.
+    /// Exchanges one datagram: an address, and then 32 bits to be written, or zeros. The first byte of the answer is
+    /// the status, the others are what the datagram before has asked for.
     fn exchange(&mut self, register: Register, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
         let [a, b, c, d] = write.unwrap_or(0).to_be_bytes();
         let address = register as u8 | if write.is_some() { WRITE } else { 0 };

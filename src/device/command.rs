@@ -2,26 +2,26 @@
 
 use core::array;
 
-use super::line::Lines;
-use super::{Board, Device, ShapeOf};
+use super::interpolation::Interpolations;
+use super::{Circuit, Device, ShapeOf};
 use crate::motion::{Error, Former, Joined};
 
 /// The orders that a device had before a command to axes.
-pub(super) struct Before<T: Board, const AXES: usize> {
+pub(super) struct Before<T: Circuit, const AXES: usize> {
     axes: [Former<ShapeOf<T>>; AXES],
-    lines: Lines<AXES>,
+    interpolations: Interpolations<AXES>,
 }
 
-impl<T: Board, const AXES: usize> Default for Before<T, AXES> {
+impl<T: Circuit, const AXES: usize> Default for Before<T, AXES> {
     fn default() -> Self {
-        Before { axes: array::from_fn(|_| Former::default()), lines: Lines::default() }
+        Before { axes: array::from_fn(|_| Former::default()), interpolations: Interpolations::default() }
     }
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> Device<T, AXES> {
     /// Carries out a command to axes, axis n in bit n of `axes`, by telling it the chips: they take all of it or
     /// nothing. If a chip does not take its part, these axes and those that were on a line are on the way to their
-    /// former goals again, and their chips are told so.
+    /// former goals again. Their chips are told so.
     ///
     /// # Errors
     /// That of `tell`.
@@ -37,10 +37,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     #[inline(never)]
     fn note(&mut self, axes: u8) {
         if AXES > 1 {
-            self.before.lines = self.lines;
+            self.before.interpolations = self.interpolations;
         }
         for number in 0..AXES {
-            let is_concerned = is_in(axes, number) || self.is_on_line(number);
+            let is_concerned = is_in(axes, number) || self.is_interpolated(number);
             if let (Some(axis), Some(former), true) =
                 (self.axes.get(number), self.before.axes.get_mut(number), is_concerned)
             {
@@ -52,10 +52,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     #[inline(never)]
     fn recall(&mut self, axes: u8) {
         if AXES > 1 {
-            self.lines = self.before.lines;
+            self.interpolations = self.before.interpolations;
         }
         for number in 0..AXES {
-            let is_concerned = is_in(axes, number) || self.is_on_line(number);
+            let is_concerned = is_in(axes, number) || self.is_interpolated(number);
             let Some(former) = self.before.axes.get(number).filter(|_| is_concerned).copied() else { continue };
             if let Some(mut axis) = self.axis(number) {
                 axis.recall(&former);

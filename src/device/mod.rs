@@ -10,8 +10,8 @@
 
 mod calm;
 mod command;
+mod interpolation;
 mod io;
-mod line;
 mod safety;
 mod turn;
 
@@ -30,7 +30,7 @@ use crate::store::{Memory, Store};
 use crate::units::Micros;
 
 /// The types of which a board is made.
-pub trait Board {
+pub trait Circuit {
     /// The product on the board, which says how large its EEPROM memory areas are.
     type Product: Memory;
     /// The ramp generator and driver on which each axis runs.
@@ -76,7 +76,7 @@ impl<H: Hardware> Controller<H> {
 
 /// The parts of which a device is made.
 #[derive(Debug)]
-pub struct Parts<T: Board, const AXES: usize> {
+pub struct Parts<T: Circuit, const AXES: usize> {
     /// The motion controllers.
     pub controllers: T::Controllers,
     /// The hardware that each axis has for itself.
@@ -97,7 +97,7 @@ pub struct Inversion {
 }
 
 /// A device: the hardware of a module with `AXES` axes.
-pub struct Device<T: Board, const AXES: usize> {
+pub struct Device<T: Circuit, const AXES: usize> {
     controllers: T::Controllers,
     axes: [Axis<T::Hardware>; AXES],
     enable: T::Enable,
@@ -107,26 +107,26 @@ pub struct Device<T: Board, const AXES: usize> {
     safety: safety::Safety,
     inversion: Inversion,
     /// The straight lines on which several axes go.
-    lines: line::Lines<AXES>,
+    interpolations: interpolation::Interpolations<AXES>,
     /// The orders before the last command to axes.
     before: command::Before<T, AXES>,
     /// The time at which a restart is due.
     restart: Option<Micros>,
     /// The time at which the next turn is due.
     next: Micros,
-    /// The number of the next piece of the turn under way: first come the axes, then the readings of the motion controllers.
-    /// Behind them the turn is over.
+    /// The number of the next piece of the turn under way: first come the axes, then the readings of the motion
+    /// controllers. Behind them the turn is over.
     upcoming: usize,
 }
 
-impl<T: Board, const AXES: usize> fmt::Debug for Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> fmt::Debug for Device<T, AXES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Device { inputs, outputs, safety, .. } = self;
         f.debug_struct("Device").field("inputs", inputs).field("outputs", outputs).field("safety", safety).finish()
     }
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> Device<T, AXES> {
     /// A device before its [start](Self::start). `table` has the axis parameters of the product.
     #[inline(always)]
     pub fn new(parts: Parts<T, AXES>, table: &'static Table<AxisParameter>) -> Self {
@@ -144,7 +144,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             outputs: Outputs::default(),
             safety: safety::Safety::default(),
             inversion: Inversion::default(),
-            lines: line::Lines::default(),
+            interpolations: interpolation::Interpolations::default(),
             before: command::Before::default(),
             restart: None,
             next: Micros(0),
@@ -170,11 +170,11 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.outputs.trouble = false;
         (self.restart, self.next, self.upcoming) = (None, now, Self::PIECES);
         if AXES > 1 {
-            self.lines = line::Lines::default();
+            self.interpolations = interpolation::Interpolations::default();
         }
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
-            // Each fourth reading goes to a driver. With three readings between them, two controllers do not read drivers
-            // in the same millisecond, nor does one of them read one while the other is asked for its version.
+            // Each fourth reading goes to a driver. With three readings between them, two controllers do not read
+            // drivers in the same millisecond, nor does one of them read one while the other is asked for its version.
             (controller.unanswered, controller.turn, controller.rotation) = (0, 0, n.wrapping_mul(3));
         }
         if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion, |_| 0).is_ok()) {
@@ -207,8 +207,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let _ = if on && !self.safety.given_up { self.enable.set_low() } else { self.enable.set_high() };
     }
 
-    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until
-    /// the supply has been lost and has come back: that of all, or that of the controllers alone.
+    /// Gives up the motion controllers: the drivers are off, and the error LED is lit. This lasts until the next start,
+    /// or until the supply has been lost and has come back: that of all, or that of the controllers alone.
     fn give_up(&mut self) {
         self.safety.given_up = true;
         // An output pin of a microcontroller cannot fail.
@@ -271,12 +271,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 }
 
 /// A motion controller of a board, which several axes have in common.
-type Shared<T> = <<T as Board>::Hardware as Hardware>::Controller;
+type Shared<T> = <<T as Circuit>::Hardware as Hardware>::Controller;
 
 /// The shape of the ramps of a board besides a top speed and an acceleration.
-type ShapeOf<T> = <<T as Board>::Hardware as Hardware>::Shape;
+type ShapeOf<T> = <<T as Circuit>::Hardware as Hardware>::Shape;
 
 /// The number of the motion controller of an axis.
-fn controller_of<T: Board>(axis: usize) -> usize {
+fn controller_of<T: Circuit>(axis: usize) -> usize {
     axis.checked_div(Shared::<T>::AXES).unwrap_or_default()
 }

@@ -1,8 +1,8 @@
-//! Causes that stop all motors of a device, whatever its firmware wants: a supply that is too low (manual section 12.1,
-//! firmware 1.35), and a motion controller that does not answer. A controller that cannot be reached cannot be told to
-//! stop, so all drivers are switched off until the device is started anew.
+//! Causes that stop all motors of a device, whatever its firmware wants. They are a supply that is too low (manual
+//! section 12.1, firmware 1.35), and a motion controller that does not answer. A controller that cannot be reached
+//! cannot be told to stop, so all drivers are switched off until the device is started anew.
 
-use super::{Board, Device};
+use super::{Circuit, Device};
 use crate::motion::{Error, Joined, MotionController};
 use crate::units::Micros;
 
@@ -34,8 +34,8 @@ pub struct Supervised {
     pub supply: Supply,
     /// A motion controller has been given up in this turn: all motors have been stopped, and their drivers are off.
     pub silent: bool,
-    /// Motion controllers that had been given up have been set up again in this turn, with their motors where they were last
-    /// known to be: their drivers may be switched on.
+    /// Motion controllers that had been given up have been set up again in this turn, with their motors where they were
+    /// last known to be. Their drivers may be switched on.
     pub resumed: bool,
     /// The axes that were on a positioning move, axis n in bit n, if moves have been ended in this turn; else `None`.
     pub ended: Option<u32>,
@@ -67,7 +67,7 @@ impl Safety {
     }
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> Device<T, AXES> {
     /// True while the motors must not move: the supply is too low, or a motion controller is given up.
     pub const fn is_locked(&self) -> bool {
         self.safety.locked || self.safety.given_up

@@ -1,11 +1,11 @@
-//! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between: its
-//! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, then
-//! [one axis](Device::next_axis) after the other, and [the straight lines](Device::next_lines) on which several of them go;
-//! and, half a millisecond later, [a reading](Device::next_reading) of each motion controller whose axis had no time for it,
-//! because its motor moves. As a rule a piece has the datagrams of one reading at most; `motion/turn.rs` says which are
-//! longer.
+//! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between. First
+//! comes its [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised.
+//! Then come [one axis](Device::next_axis) after the other, and [the straight lines](Device::next_interpolations) on
+//! which several of them go. Half a millisecond later follows [a reading](Device::next_reading) of each motion
+//! controller whose axis had no time for it, because its motor moves. As a rule a piece has the datagrams of one
+//! reading at most; `motion/turn.rs` says which are longer.
 
-use super::{Board, Controllers, Device, Inputs, Outputs, Shared, Supervised, controller_of};
+use super::{Circuit, Controllers, Device, Inputs, Outputs, Shared, Supervised, controller_of};
 use crate::motion::{Events, Joined, MotionController};
 use crate::units::Micros;
 
@@ -21,18 +21,19 @@ pub enum Piece {
     Beginning,
     /// [An axis](Device::next_axis) is polled.
     Axis,
-    /// [The straight lines](Device::next_lines) are looked after on which axes go.
-    Lines,
+    /// [The straight lines](Device::next_interpolations) are looked after on which axes go.
+    Interpolations,
     /// [A reading](Device::next_reading) is taken.
     Reading,
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> Device<T, AXES> {
     /// The pieces of a turn behind its axes in which its lines are looked after. One axis makes no line.
     const LINES: usize = if AXES > 1 { 1 } else { 0 };
     /// Number of the first reading among the pieces of a turn.
     const FIRST_READING: usize = AXES.saturating_add(Self::LINES);
-    /// Number of pieces of a turn behind its beginning, at most: the axes, the lines, and a reading of each motion controller.
+    /// Number of pieces of a turn behind its beginning, at most: the axes, the lines, and a reading of each motion
+    /// controller.
     pub(super) const PIECES: usize = Self::FIRST_READING.saturating_add(T::Controllers::COUNT);
 
     /// The piece that comes next.
@@ -40,7 +41,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         if self.upcoming < AXES {
             Piece::Axis
         } else if self.upcoming < Self::FIRST_READING {
-            Piece::Lines
+            Piece::Interpolations
         } else if self.upcoming < Self::PIECES {
             Piece::Reading
         } else {
@@ -51,7 +52,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// The time at which the next piece is due. For an axis, and for the lines, this is a time in the past.
     pub const fn deadline(&self) -> Micros {
         match self.next_piece() {
-            Piece::Axis | Piece::Lines => self.turn(),
+            Piece::Axis | Piece::Interpolations => self.turn(),
             Piece::Reading => self.turn().after(READINGS),
             Piece::Beginning => self.next,
         }
@@ -62,9 +63,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.next.since(PERIOD)
     }
 
-    /// Begins a turn with the inputs as they are now. The next turn is due one millisecond after this turn was; but if
-    /// this one begins more than a millisecond late, one millisecond from `now`, so that missed turns are not made up
-    /// for in a burst.
+    /// Begins a turn with the inputs as they are now. The next turn is due one millisecond after this turn was. But if
+    /// this one begins more than a millisecond late, the next is due one millisecond from `now`, so that missed turns
+    /// are not made up for in a burst.
     pub fn begin(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Supervised {
         self.inputs = *inputs;
         let due = self.next.after(PERIOD);
@@ -80,7 +81,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub fn next_axis(&mut self, now: Micros) -> (usize, Events) {
         let number = self.upcoming;
         self.upcoming = number.saturating_add(1);
-        let on_line = AXES > 1 && self.is_on_line(number);
+        let on_line = AXES > 1 && self.is_interpolated(number);
         let sensors = self.inputs.axes.get(number).copied().unwrap_or_default();
         let Some(controller) = self.controllers.as_mut().get_mut(controller_of::<T>(number)) else {
             return (number, Events::default());
@@ -92,16 +93,16 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
         let events = axis.on(&mut controller.shared).poll(now, sensors, reading, on_line);
         if AXES > 1 {
-            self.look_at_line(now, number, events);
+            self.look_at_interpolation(now, number, events);
         }
         self.pass_taken();
         (number, events)
     }
 
     /// Looks after the lines, when all axes of the turn have been polled.
-    pub fn next_lines(&mut self) {
+    pub fn next_interpolations(&mut self) {
         self.upcoming = Self::FIRST_READING;
-        self.follow_lines();
+        self.follow_interpolations();
         self.pass_taken();
     }
 
@@ -114,10 +115,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Passes the lines if there are none, and the motion controllers whose readings have been taken, and advances the
-    /// rotation of each. The axes of a controller take turns: only one of them takes one reading in a millisecond, so a
+    /// rotation of each. The axes of a controller take turns: only one of them takes one reading in a millisecond. So a
     /// controller with three axes needs no more datagrams for readings than one with a single axis.
     fn pass_taken(&mut self) {
-        if AXES > 1 && self.upcoming == AXES && self.lines.members == 0 {
+        if AXES > 1 && self.upcoming == AXES && self.interpolations.members == 0 {
             self.upcoming = Self::FIRST_READING;
         }
         while let Some(n) = self.upcoming.checked_sub(Self::FIRST_READING)

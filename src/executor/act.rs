@@ -2,13 +2,13 @@
 //! that are for the executor's owner.
 
 use super::{Commands, Outcome, Product, Spec};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::param::{ALL_INTERRUPTS, AxisParameter, Interrupt};
 use crate::tmcl::{ALL_AXES, Command, Opcode, SEARCH_STATUS, Status};
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
-    /// What a command that only reads would read. Whether a position is reached is told by the last reading, so that no chip is
-    /// asked for it.
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+    /// Returns what a command that only reads would read. Whether a position is reached is told by the last reading, so
+    /// that no chip is asked for it.
     pub(crate) fn peek(&mut self, opcode: Opcode, command: Command) -> Result<i32, Status> {
         let Command { kind, motor, .. } = command;
         let outcome = match opcode {
@@ -27,10 +27,10 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         }
     }
 
-    /// Executes a command whose number and motor field are checked. Control commands - from
-    /// [`Command::FIRST_CONTROL`] on, as those of programs, downloads, events and restarts - and user functions are for the
-    /// owner of the executor: here they are refused with status 6. Inlined into the one function by which an owner has commands carried
-    /// out, so that no outcome is handed on once more.
+    /// Executes a command whose number and motor field are checked. Control commands are those from
+    /// [`Command::FIRST_CONTROL`] on, as those of programs, downloads, events and restarts. They and user functions are
+    /// for the owner of the executor: here they are refused with status 6. Inlined into the one function by which an
+    /// owner has commands carried out, so that no outcome is handed on once more.
     #[inline(always)]
     pub(crate) fn act(&mut self, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
         let Command { kind, motor, value, .. } = command;

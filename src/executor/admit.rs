@@ -14,8 +14,8 @@ pub(crate) fn admit<P: Product, const AXES: usize>(command: Command) -> Result<O
     check_motor::<P, AXES>(instruction, command.motor).map(|()| instruction.opcode)
 }
 
-/// Whether the product has the command, and the motor that its motor field names. Inlined, because every reply waits for
-/// it: a call takes 27 cycles.
+/// Whether the product has the command, and the motor that its motor field names. Inlined, because every reply waits
+/// for it: a call takes 27 cycles.
 #[inline(always)]
 pub(crate) fn check_motor<P: Product, const AXES: usize>(instruction: &Instruction, motor: u8) -> Result<(), Status> {
     let known = usize::from(motor) < AXES;

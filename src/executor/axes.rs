@@ -2,7 +2,7 @@
 
 use super::commands::slots;
 use super::{Commands, Outcome, Product};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::motion::{self, Axis, Hardware, RampMode, Shape};
 use crate::param::{AxisParameter, Parameter};
 use crate::tmcl::{AxisSet, SEARCH_STATUS, Status};
@@ -17,7 +17,7 @@ impl From<motion::Error> for Status {
     }
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// Rotates an axis and those of its group: ROR with a positive speed, ROL with a negative one, MST with zero; in
     /// the unit and the range of the parameter "target speed". `echo` is the value of the reply.
     pub(super) fn rotate(&mut self, axis: u8, speed: i32, echo: i32) -> Result<Outcome, Status> {
@@ -35,7 +35,8 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         Ok(Outcome::Moved { value: echo, ended: group, begun: 0 })
     }
 
-    /// RFS: starts a reference search (0), stops it (1), or tells its leg (2). The first two are for the group of the axis.
+    /// RFS: starts a reference search (0), stops it (1), or tells its leg (2). The first two are for the group of the
+    /// axis.
     pub(super) fn reference_search(&mut self, kind: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let now = self.now;
         match kind {
@@ -58,8 +59,8 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         }
     }
 
-    /// MVP: to a position (0), by a distance (1), or to a coordinate (2), for the group of the axis, or a set of axes. The
-    /// reply carries the absolute target, that of the first axis where several move.
+    /// MVP: to a position (0), by a distance (1), or to a coordinate (2), for the group of the axis, or a set of axes.
+    /// The reply carries the absolute target, that of the first axis where several move.
     pub(super) fn move_position(&mut self, kind: u8, motor: u8, value: i32) -> Result<Outcome, Status> {
         let now = self.now;
         let set = AxisSet::of(motor, AXES as u8).ok_or(Status::InvalidValue)?;
@@ -86,7 +87,7 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
             if AXES == 1 || moving.bits.count_ones() == 1 {
                 device.tell_each(moving.bits, |axis| axis.move_to(now, target))
             } else if moving.straight {
-                device.start_line(now, &targets)
+                device.start_interpolation(now, &targets)
             } else {
                 device.start_together(now, &targets)
             }
@@ -178,8 +179,8 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         Ok(self.axis(axis)?.actual_position()?)
     }
 
-    /// Writes a parameter of an axis. On a straight line the others have to keep up with a new speed or acceleration; and one
-    /// that gets other units, or another kind of ramps, is on it no longer.
+    /// Writes a parameter of an axis. On a straight line the others have to keep up with a new speed or acceleration.
+    /// One that gets other units, or another kind of ramps, is on it no longer.
     fn write_axis(&mut self, axis: u8, parameter: &Parameter<AxisParameter>, value: i32) -> Result<(), Status> {
         let (now, function, number) = (self.now, parameter.function, usize::from(axis));
         let former = self.axis(axis)?.state().setting(function);
@@ -192,7 +193,7 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
                 device.repace(number)
             } else if <T::Hardware as Hardware>::Shape::UNITS.contains(&function) || function == AxisParameter::RampMode
             {
-                device.leave_line(number)
+                device.leave_interpolation(number)
             } else {
                 Ok(())
             }
@@ -209,7 +210,8 @@ fn parameter<P: Product>(number: u8) -> Result<&'static Parameter<AxisParameter>
     P::SPEC.axis.find(number).ok_or(Status::WrongType)
 }
 
-/// The row of an axis parameter and its slot for an axis. A parameter without a slot can be neither stored nor restored.
+/// The row of an axis parameter and its slot for an axis. A parameter without a slot can be neither stored nor
+/// restored.
 fn stored_parameter<P: Product>(
     number: u8,
     axis: u8,

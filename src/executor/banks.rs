@@ -2,7 +2,7 @@
 
 use super::commands::slots;
 use super::{Commands, Outcome, Product};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::param::{GlobalParameter as G, Interrupt, Parameter, Row, STORED_USER_VARIABLES, Storage};
 use crate::tmcl::Status;
 
@@ -30,7 +30,7 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
     }
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// GGP.
     pub(crate) fn get_global(&mut self, number: u8, bank: u8) -> Result<i32, Status> {
         Ok(match find::<T::Product>(number, bank)? {
@@ -96,8 +96,8 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         Ok(Outcome::stored(echo))
     }
 
-    /// Takes the read protection (81) off, by which the program is erased; not while a link downloads one. The protection
-    /// ends only when the program is gone, so that a power cut never shows it.
+    /// Takes the read protection (81) off, by which the program is erased; not while a link downloads one. The
+    /// protection ends only when the program is gone, so that a power cut never shows it.
     fn erase_program(&mut self, protection: i32, echo: i32) -> Result<Outcome, Status> {
         if self.device.store().downloading().is_some() {
             return Err(Status::NotAvailable);

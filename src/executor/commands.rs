@@ -1,7 +1,7 @@
 //! The executor at work: all that a command can reach. What the commands do stands by subject in files of their own.
 
 use super::{Executor, Product, Slots, Spec};
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::motion::Joined;
 use crate::param::GlobalParameter as G;
 use crate::tmcl::Status;
@@ -9,7 +9,7 @@ use crate::units::Micros;
 use crate::vm::Machine;
 
 /// An executor together with the device and the interpreter that its commands act on.
-pub(crate) struct Commands<'a, T: Board, const AXES: usize> {
+pub(crate) struct Commands<'a, T: Circuit, const AXES: usize> {
     /// The time.
     pub(super) now: Micros,
     /// Whoever owns the executor forbids that a motor is started.
@@ -19,7 +19,7 @@ pub(crate) struct Commands<'a, T: Board, const AXES: usize> {
     pub(super) device: &'a mut Device<T, AXES>,
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// The specification of the product.
     pub(super) const SPEC: &'static Spec = T::Product::SPEC;
 
@@ -28,8 +28,8 @@ impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
         self.device.axis(number.into()).ok_or(Status::InvalidValue)
     }
 
-    /// Refuses motion commands while no motor may move: the supply is too low, a motion controller is silent, or the owner
-    /// of the executor forbids it.
+    /// Refuses motion commands while no motor may move: the supply is too low, a motion controller is silent, or the
+    /// owner of the executor forbids it.
     pub(super) const fn unlocked(&self) -> Result<(), Status> {
         if self.device.is_locked() || self.barred { Err(Status::NotAvailable) } else { Ok(()) }
     }

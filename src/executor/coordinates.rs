@@ -2,7 +2,7 @@
 
 use super::commands::slots;
 use super::{Commands, Outcome, Product, Undo};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::param::{COORDINATES, GlobalParameter as G};
 use crate::store::Need;
 use crate::tmcl::Status;
@@ -47,9 +47,9 @@ impl<const AXES: usize> Coordinates<AXES> {
     }
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
-    /// SCO, CCO and ACO: sets a coordinate of one axis, in RAM, and in the EEPROM where parameter 84 says so. Never inlined:
-    /// other commands would save what this one needs.
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+    /// SCO, CCO and ACO: sets a coordinate of one axis, in RAM, and in the EEPROM where parameter 84 says so. Never
+    /// inlined: other commands would save what this one needs.
     #[inline(never)]
     pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
         let stores = self.executor.globals.get(G::CoordinateStorage) != 0;

@@ -25,8 +25,8 @@ impl Globals {
         self.0.get(parameter.index()).copied().unwrap_or_default()
     }
 
-    /// The value of the setting with a number; `None` if the product has no such setting. GGP of hosts tries this first, as
-    /// it needs no call: a reply comes 36 cycles earlier.
+    /// The value of the setting with a number; `None` if the product has no such setting. GGP of hosts tries this
+    /// first, as it needs no call: a reply comes 36 cycles earlier.
     #[inline(always)]
     pub(crate) fn setting<P: Product>(&self, number: u8) -> Option<i32> {
         self.0.get(P::SPEC.global.find(number)?.function.index()).copied()
@@ -54,8 +54,8 @@ impl Globals {
         Inversion { switches: self.get(G::EndSwitchPolarity) as u8, shafts: self.get(G::ReverseShaft) as u8 }
     }
 
-    /// True if parameter 255 suppresses the reply to this command. Commands that read a value are always answered (manual
-    /// section 5.1).
+    /// True if parameter 255 suppresses the reply to this command. Commands that read a value are always answered
+    /// (manual section 5.1).
     pub(crate) fn suppress(&self, opcode: u8) -> bool {
         const READ: [u8; 3] = [Opcode::Gap as u8, Opcode::Ggp as u8, Opcode::Gio as u8];
         self.get(G::SuppressReply) != 0 && !READ.contains(&opcode)

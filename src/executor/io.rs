@@ -2,7 +2,7 @@
 
 use super::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS, Signal};
 use super::{CONVERTER_BITS, Commands, Outcome, Product, Spec};
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::tmcl::Status;
 
 /// How far from its absolute zero the built-in encoder still counts as there, for [`Signal::EncoderZero`]; in 1/1024
@@ -15,13 +15,13 @@ const LOGIC_SUPPLY: i32 = 3102;
 /// The highest reading of the converter.
 const HIGHEST: i32 = (1 << CONVERTER_BITS) - 1;
 
-impl<T: Board<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Commands<'_, T, AXES> {
     /// SIO: sets an output, all outputs, or the pull-up resistors of the inputs.
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
         let all = bits(Self::SPEC.outputs);
         match (bank, port) {
-            // Published configuration tools write 3 to every module, the default of sisters with two pull-up groups; so 3 is
-            // accepted, and bit 0 decides.
+            // Published configuration tools write 3 to every module, the default of sisters with two pull-up groups; so
+            // 3 is accepted, and bit 0 decides.
             (INPUTS, 0) if Self::SPEC.pull_ups == 0 => return Err(Status::WrongType),
             (INPUTS, 0) if (0..=3).contains(&value) => {
                 self.device.outputs_mut().pull_ups = value as u8 & bits(Self::SPEC.pull_ups);

@@ -39,13 +39,13 @@ pub(crate) use solo::{Answered, LENGTH, Solo};
 
 use coordinates::Coordinates;
 
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::param::{GlobalParameter as G, USER_VARIABLES};
 use crate::units::Micros;
 use crate::vm::Machine;
 
-/// What the commands of TMCL set and read beside a device and an interpreter: global parameters, user variables,
-/// coordinates. With these two it is [at work](Executor::on).
+/// The values that the commands of TMCL set and read beside a device and an interpreter: global parameters, user
+/// variables, coordinates. With these two it is [at work](Executor::on).
 #[derive(Debug)]
 pub(crate) struct Executor<const AXES: usize> {
     /// The settings of bank 0.
@@ -77,7 +77,7 @@ impl<const AXES: usize> Executor<AXES> {
     /// The executor together with what its commands act on, at `now`. While it is `barred` by its owner, no motor is
     /// started.
     #[inline(always)]
-    pub(crate) const fn on<'a, T: Board>(
+    pub(crate) const fn on<'a, T: Circuit>(
         &'a mut self,
         now: Micros,
         barred: bool,
@@ -93,7 +93,7 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Takes from the store of a device, before its start, everything that is to be restored then.
-    pub(crate) fn restore<T: Board<Product: Product>>(&mut self, device: &mut Device<T, AXES>) {
+    pub(crate) fn restore<T: Circuit<Product: Product>>(&mut self, device: &mut Device<T, AXES>) {
         self.globals.reload(device.store());
         let Spec { axis: table, global, slots, .. } = T::Product::SPEC;
         let Some(slots) = slots else { return };

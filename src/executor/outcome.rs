@@ -1,9 +1,9 @@
-//! What became of a command, for all who execute one: a link makes a reply of it, a program goes on by it.
+//! The outcome of a command, for all who execute one: a link makes a reply of it, a program goes on by it.
 
 use crate::store::Need;
 use crate::tmcl::{Command, Reply, Status};
 
-/// What a command led to that was not refused; a refused one has a [`Status`](crate::tmcl::Status) instead.
+/// The outcome of a command that was not refused; a refused one has a [`Status`](crate::tmcl::Status) instead.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outcome {
     /// Executed; the value of the reply.
@@ -25,7 +25,7 @@ pub(crate) enum Outcome {
         value: i32,
         /// The part of the EEPROM that has to be up to date before the reply.
         need: Need,
-        /// What to take back if writing the EEPROM fails.
+        /// The change to take back if writing the EEPROM fails.
         undo: Option<Undo>,
     },
     /// A reply of another form.

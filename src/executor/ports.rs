@@ -1,5 +1,5 @@
-//! The ports of SIO and GIO (manual sections 3.7.14, 3.7.15): their banks, and the numbers of those that are no input or
-//! output of a row of equal ones.
+//! The ports of SIO and GIO (manual sections 3.7.14, 3.7.15): their banks, and the numbers of those that are no input
+//! or output of a row of equal ones.
 
 /// Bank of the digital inputs, and, for SIO, of the pull-up resistors.
 pub const INPUTS: u8 = 0;

@@ -1,9 +1,9 @@
-//! An executor for an owner who knows nothing of TMCL: a CANopen node in TMCL mode. Commands come one by one, as bytes, by
-//! no link; each is answered at once, because nothing is stored and there is no program.
+//! An executor for an owner who knows nothing of TMCL: a CANopen node in TMCL mode. Commands come one by one, as bytes,
+//! by no link; each is answered at once, because nothing is stored and there is no program.
 
 use super::{Executor, Outcome, Product, admit, confirm};
 use crate::can::StandardId;
-use crate::device::{Board, Device, Inversion, Supervised, Supply};
+use crate::device::{Circuit, Device, Inversion, Supervised, Supply};
 use crate::param::GlobalParameter as G;
 use crate::tmcl::{Command, Opcode, Reply, Status, can};
 use crate::units::Micros;
@@ -15,11 +15,11 @@ pub(crate) const LENGTH: usize = Command::SIZE;
 /// An executor with the registers that its commands use.
 pub(crate) struct Solo {
     executor: Executor<1>,
-    /// It has no program memory.
+    /// The interpreter, which has no program memory.
     machine: Machine,
 }
 
-/// What became of a command.
+/// The outcome of a command.
 pub(crate) struct Answered {
     /// The reply, as the data of a CAN frame (manual section 3.1).
     pub(crate) reply: [u8; LENGTH],
@@ -44,18 +44,18 @@ impl Solo {
         self.executor.begin_ticks(now);
     }
 
-    /// Takes notice of what the device has supervised: where the motors have been stopped, a program would be, too, and shows
-    /// as stopped.
+    /// Takes notice of what the device has supervised: where the motors have been stopped, a program would be, too, and
+    /// shows as stopped.
     pub(crate) fn heed(&mut self, supervised: &Supervised) {
         if supervised.silent || supervised.supply == Supply::Lost {
             self.machine.stop();
         }
     }
 
-    /// Executes a command. While it is `barred`, no motor is started: the status is 6 then. `node` comes first in the reply.
-    /// What needs a link or a program is refused with status 6, and so is what would restart the firmware: that is for the
-    /// owner to decide. Global parameter 255 suppresses no reply.
-    pub(crate) fn answer<T: Board<Product: Product>>(
+    /// Executes a command. While it is `barred`, no motor is started: the status is 6 then. `node` comes first in the
+    /// reply. What needs a link or a program is refused with status 6, and so is what would restart the firmware: that
+    /// is for the owner to decide. Global parameter 255 suppresses no reply.
+    pub(crate) fn answer<T: Circuit<Product: Product>>(
         &mut self,
         device: &mut Device<T, 1>,
         now: Micros,

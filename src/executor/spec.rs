@@ -1,4 +1,4 @@
-//! What there is to say of a product: its [`Spec`], and as a type, [`Product`], the sizes of its memories.
+//! The description of a product: its [`Spec`], and as a type, [`Product`], the sizes of its memories.
 
 use super::outcome::Outcome;
 use super::ports::Signal;
@@ -45,8 +45,8 @@ pub struct Spec {
     pub global: &'static Table<GlobalParameter>,
     /// How many commands program memory holds (manual section 3.3); 0 without one.
     pub commands: u16,
-    /// The slots of the EEPROM in which the settings are stored. `None` where the EEPROM is another firmware's: what would be
-    /// stored there, or read from there, is refused with status 5.
+    /// The slots of the EEPROM in which the settings are stored. `None` where the EEPROM is another firmware's: what
+    /// would be stored there, or read from there, is refused with status 5.
     pub slots: Option<Slots>,
 }
 
@@ -117,15 +117,15 @@ impl Spec {
     }
 }
 
-/// Has the store write factory defaults to all settings. A read-protected program is erased, because the defaults take its
-/// protection away.
+/// Has the store write factory defaults to all settings. A read-protected program is erased, because the defaults take
+/// its protection away.
 pub fn factory_reset<P: Product>(store: &mut Store<P>) {
     let protection = store.get(P::LAYOUT.after_erasing).unwrap_or_default();
     store.reset(protection & AGAINST_READING != 0);
 }
 
-/// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made with
-/// is another one.
+/// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made
+/// with is another one.
 #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
 pub(crate) const fn check<P: Product>(axes: usize) {
     let spec = P::SPEC;

@@ -3,7 +3,7 @@
 use super::{Firmware, OnBoard, Surroundings};
 use crate::can::StandardId;
 use crate::canopen::{Address, Bus, Node, usb};
-use crate::device::{Board, Inputs, Outputs, Parts};
+use crate::device::{Circuit, Inputs, Outputs, Parts};
 use crate::executor::Product;
 use crate::module::{LinkEnds, LinkMode, LinkSettings, Request, Source};
 use crate::store::{Job, Store};
@@ -23,7 +23,7 @@ static USB: LinkSettings = LinkSettings {
     can_reply: StandardId::ZERO,
 };
 
-impl<T: Board<Product: Product>> Firmware for Node<T> {
+impl<T: Circuit<Product: Product>> Firmware for Node<T> {
     type Inputs = Inputs<1>;
 
     /// A frame first: a telegram over USB is no hurry.
@@ -113,7 +113,7 @@ impl<T: Board<Product: Product>> Firmware for Node<T> {
 
 /// Serves a telegram that has come over USB.
 #[inline(never)]
-fn serve_usb<T: Board<Product: Product>>(node: &mut Node<T>, around: &mut impl LinkEnds) -> bool {
+fn serve_usb<T: Circuit<Product: Product>>(node: &mut Node<T>, around: &mut impl LinkEnds) -> bool {
     let Some(request) = around.request(Source::Usb, &USB) else { return false };
     let now = around.now();
     let reply = if let Request::Telegram(telegram) = &request { Some(node.serve_usb(now, telegram)) } else { None };
@@ -121,8 +121,8 @@ fn serve_usb<T: Board<Product: Product>>(node: &mut Node<T>, around: &mut impl L
     true
 }
 
-impl<T: Board<Product: Product>> OnBoard<1> for Node<T> {
-    type Board = T;
+impl<T: Circuit<Product: Product>> OnBoard<1> for Node<T> {
+    type Circuit = T;
 
     #[inline(always)]
     fn new(parts: Parts<T, 1>, _: u32) -> Self {

@@ -1,7 +1,7 @@
 //! The firmware as that on which it runs sees it, a board or a simulator, whatever language it speaks; and what happens
 //! behind each of its polls, in which order.
 //!
-//! A [`Firmware`] has neither to have a device nor a store. What one on a [`Board`] is made of, and how
+//! A [`Firmware`] has neither to have a device nor a store. What one on a [`Circuit`] is made of, and how
 //! it starts, is [`OnBoard`].
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
@@ -10,7 +10,7 @@ mod canopen;
 mod tmcl;
 
 use crate::canopen::Bus;
-use crate::device::{Board, Inputs, Outputs, Parts};
+use crate::device::{Circuit, Inputs, Outputs, Parts};
 use crate::module::{LinkEnds, LinkSettings, Source};
 use crate::store::{Job, Store};
 use crate::units::Micros;
@@ -27,9 +27,9 @@ pub trait Firmware {
     where
         Self: Sized;
 
-    /// Does a piece of what is due at `now`; takes the inputs as they were read last. Returns the outputs as they are to be
-    /// set, at least once a millisecond: then [`pass_on`] is to be called. `None` if outputs, replies, jobs and settings are
-    /// as they were.
+    /// Does a piece of what is due at `now`; takes the inputs as they were read last. Returns the outputs as they are
+    /// to be set, at least once a millisecond: then [`pass_on`] is to be called. `None` if outputs, replies, jobs and
+    /// settings are as they were.
     fn poll(&mut self, now: Micros, inputs: &Self::Inputs) -> Option<Outputs>
     where
         Self: Sized;
@@ -92,23 +92,23 @@ pub trait Firmware {
 /// A firmware with `AXES` axes on a board, and with a store.
 pub trait OnBoard<const AXES: usize>: Firmware<Inputs = Inputs<AXES>> + Sized {
     /// The types of which its device is made.
-    type Board: Board;
+    type Circuit: Circuit;
 
     /// A firmware before its [start](Self::start). `seed` starts what is random.
-    fn new(parts: Parts<Self::Board, AXES>, seed: u32) -> Self;
+    fn new(parts: Parts<Self::Circuit, AXES>, seed: u32) -> Self;
 
-    /// Before the start: what the firmware has [kept](Firmware::kept) before a restart, or anything after the loss of the
-    /// supply.
+    /// Before the start: what the firmware has [kept](Firmware::kept) before a restart, or anything after the loss of
+    /// the supply.
     fn remember(&mut self, _kept: [u32; 2]) {}
 
     /// Stops all motors, has `load` fill the store from the EEPROM, and sets up the chips.
-    fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<<Self::Board as Board>::Product>));
+    fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<<Self::Circuit as Circuit>::Product>));
 
     /// Has a store write the settings of the factory.
-    fn factory_reset(store: &mut Store<<Self::Board as Board>::Product>);
+    fn factory_reset(store: &mut Store<<Self::Circuit as Circuit>::Product>);
 }
 
-/// What is around a firmware: its links, its outputs, and the memory of what it stores.
+/// The surroundings of a firmware: its links, its outputs, and the memory of what it stores.
 pub trait Surroundings: LinkEnds {
     /// The CAN controller as a node of CANopen uses it.
     type Bus: Bus;
@@ -125,14 +125,14 @@ pub trait Surroundings: LinkEnds {
     /// Puts the settings of the links in force.
     fn put_in_force(&mut self, settings: &LinkSettings);
 
-    /// The firmware has done all that it had begun, and is to start anew as soon as its replies are sent. Asked for again
-    /// and again until it does.
+    /// The firmware has done all that it had begun, and is to start anew as soon as its replies are sent. Asked for
+    /// again and again until it does.
     fn restart(&mut self);
 }
 
-/// Passes on what a poll has led to: first the outputs, which are in a hurry; then what has become of the pages that are
-/// stored, on which replies wait; then these replies, and only behind them the link settings that were changed by the
-/// commands they answer. A restart comes last, when all of this is done.
+/// Passes on what a poll has led to. First come the outputs, which are in a hurry. Then comes what has become of the
+/// pages that are stored, on which replies wait. Then come these replies, and only behind them the link settings that
+/// were changed by the commands they answer. A restart comes last, when all of this is done.
 #[inline(always)]
 pub fn pass_on(firmware: &mut impl Firmware, around: &mut impl Surroundings, outputs: &Outputs) {
     around.set(outputs);

@@ -79,7 +79,7 @@ impl<T: Platform, const AXES: usize> Firmware for Module<T, AXES> {
 }
 
 impl<T: Platform<Hooks: Default>, const AXES: usize> OnBoard<AXES> for Module<T, AXES> {
-    type Board = T;
+    type Circuit = T;
 
     #[inline(always)]
     fn new(parts: Parts<T, AXES>, seed: u32) -> Self {

@@ -24,14 +24,14 @@ struct Subscription {
     once: bool,
     /// Axes on a move that is to end with an event, as bits.
     armed: i32,
-    /// Axes that have arrived, and whose events the link has not taken yet, as bits. So however many arrive at once, and
-    /// however long the link is busy, none is forgotten.
+    /// Axes that have arrived, and whose events the link has not taken yet, as bits. So however many arrive at once,
+    /// and however long the link is busy, none is forgotten.
     arrived: i32,
 }
 
 impl Arrivals {
-    /// Notes that axes, axis n in bit n, have begun a positioning move or a reference search: their arrivals will be events
-    /// if these were asked for.
+    /// Notes that axes, axis n in bit n, have begun a positioning move or a reference search: their arrivals will be
+    /// events if these were asked for.
     pub(super) fn arm(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.armed |= subscription.mask & i32::from(axes);
@@ -41,14 +41,16 @@ impl Arrivals {
         }
     }
 
-    /// Notes that the moves of axes, axis n in bit n, were replaced by another command, or stopped: no event will follow.
+    /// Notes that the moves of axes, axis n in bit n, were replaced by another command, or stopped: no event will
+    /// follow.
     pub(super) fn disarm(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.armed &= !i32::from(axes);
         }
     }
 
-    /// Notes that the moves of axes, axis n in bit n, have arrived: their events wait for the link, if these were asked for.
+    /// Notes that the moves of axes, axis n in bit n, have arrived: their events wait for the link, if these were asked
+    /// for.
     pub(super) fn arrive(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.arrived |= subscription.armed & i32::from(axes);

@@ -2,7 +2,7 @@
 
 use super::origin::Source;
 use super::program::{Program, program_command};
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::executor::{Globals, Outcome, Product};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Integrity;
@@ -10,14 +10,14 @@ use crate::tmcl::{Command, Reply, Status};
 use crate::vm::Machine;
 
 /// A program together with what the commands that control it reach.
-pub(super) struct Control<'a, T: Board, const AXES: usize> {
+pub(super) struct Control<'a, T: Circuit, const AXES: usize> {
     pub(super) program: &'a mut Program,
     pub(super) machine: &'a mut Machine,
     pub(super) device: &'a mut Device<T, AXES>,
     pub(super) globals: &'a Globals,
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Control<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Control<'_, T, AXES> {
     /// Checks that a program may run: there is memory for one, it is whole, no download is open, and the motors are not
     /// locked.
     fn runnable(&self) -> Result<(), Status> {

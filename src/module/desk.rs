@@ -33,20 +33,20 @@ pub trait LinkEnds {
 
 /// Serves one request of a link that waits for no reply. False if there is no such request.
 ///
-/// RS485 goes first, then CAN, then USB. The fast links do not starve the slow ones, because their wires take longer than
-/// the module: a request on RS485 takes 90 us at 1 Mbit/s, and the reply as long again; a request on CAN takes about 100
-/// us; and the module has done with one within 30 us as a rule.
+/// RS485 goes first, then CAN, then USB. The fast links do not starve the slow ones, because their wires take longer
+/// than the module. A request on RS485 takes 90 us at 1 Mbit/s, and the reply as long again; a request on CAN takes
+/// about 100 us. The module has done with one within 30 us as a rule.
 #[inline]
 pub fn serve<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) -> bool {
-    // Three calls in place of a loop over the links make the compiler produce a version of `serve_link` for each link, in
-    // which nothing is decided by the link any more.
+    // Three calls in place of a loop over the links make the compiler produce a version of `serve_link` for each link.
+    // In it nothing is decided by the link any more.
     serve_link(Source::Rs485, module, ends)
         || serve_link(Source::Can, module, ends)
         || serve_link(Source::Usb, module, ends)
 }
 
-/// Hands the replies that have become due to their links, and behind them the events that these take. To be called after
-/// each [`Module::poll`].
+/// Hands the replies that have become due to their links, and behind them the events that these take. To be called
+/// after each [`Module::poll`].
 pub fn deliver<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) {
     while let Some(Due { to, reply }) =
         module.next_reply().or_else(|| module.next_event(|source| ends.takes_event(source)))
@@ -83,8 +83,8 @@ fn serve_link<T: Platform, const AXES: usize>(
     true
 }
 
-/// Serves a line, which somebody types and for which nobody is in a hurry. A function of its own, so that other requests
-/// stay in registers on their way.
+/// Serves a line, which somebody types and for which nobody is in a hurry. A function of its own, so that other
+/// requests stay in registers on their way.
 #[cold]
 #[inline(never)]
 fn serve_line<T: Platform, const AXES: usize>(

@@ -68,8 +68,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         admit::<T::Product, AXES>(command).map(Some)
     }
 
-    /// Carries out a command of a link or of the program, whose number and motor field are checked: a user function, or what
-    /// the executor does.
+    /// Carries out a command of a link or of the program, whose number and motor field are checked: a user function, or
+    /// what the executor does.
     pub(super) fn perform(&mut self, now: Micros, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
         let Module { machine, device, executor, links, arrivals, hooks, .. } = self;
         let mut performer = Performer { now, machine, device, executor, links, arrivals };

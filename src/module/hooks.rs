@@ -1,5 +1,5 @@
-//! Additions to a module, of an image or of a tool: user functions, with what they can do, and a look at the commands that
-//! a program executes.
+//! Additions to a module, of an image or of a tool: user functions, with what they can do, and a look at the commands
+//! that a program executes.
 
 use crate::executor::ports::OUTPUTS;
 use crate::tmcl::{Command, Opcode, Status};
@@ -16,8 +16,8 @@ pub trait Hooks {
     /// section 3.7.36). Type, motor and value of the command mean what the function makes of them. `module` carries out
     /// what the function wants done; the value is returned in the reply.
     ///
-    /// Axes and links wait meanwhile, so a function is to be over within some 100 us: a command that talks to a chip takes
-    /// 25 to 75 us. What should take longer is done step by step, in one call after the other.
+    /// Axes and links wait meanwhile, so a function is to be over within some 100 us: a command that talks to a chip
+    /// takes 25 to 75 us. What should take longer is done step by step, in one call after the other.
     ///
     /// # Errors
     /// The status to answer with; [`Status::NotAvailable`] unless overridden. What the function has had done before it
@@ -36,25 +36,26 @@ pub trait Hooks {
 
 impl Hooks for () {}
 
-/// A module as its user functions have it: it carries out commands of TMCL, with the same checks and the same effects as if
-/// a host had sent them. The methods with names are short for single commands (manual sections 3.7.1 to 3.7.15), and have
-/// the operands in their order.
+/// A module as its user functions have it: it carries out commands of TMCL, with the same checks and the same effects
+/// as if a host had sent them. The methods with names are short for single commands (manual sections 3.7.1 to 3.7.15),
+/// and have the operands in their order.
 pub trait Execute {
     /// Carries out a command, and returns what its reply would have as the value.
     ///
-    /// A function may do what hosts and programs alike may do: all but commands that are a program's alone (COMP, JC, JA,
-    /// CSUB, RSUB, WAIT, STOP, RETI), control commands (from 128 on), and user functions. These are refused with status 6.
+    /// A function may do what hosts and programs alike may do. It may not execute commands that are a program's alone
+    /// (COMP, JC, JA, CSUB, RSUB, WAIT, STOP, RETI), control commands (from 128 on), and user functions. These are
+    /// refused with status 6.
     ///
     /// The reply of a function that stores something comes when that would survive a power cut, and with status 5 if it
-    /// would not. Of the coordinates that are stored at once (global parameter 84) it may set one, which can be taken back
-    /// then: behind it SCO, CCO and ACO are refused with status 6.
+    /// would not. Of the coordinates that are stored at once (global parameter 84) it may set one, which can be taken
+    /// back then. Behind it SCO, CCO and ACO are refused with status 6.
     ///
     /// # Errors
     /// The status with which the command is refused. Then it had no effect.
     fn execute(&mut self, command: Command) -> Result<i32, Status>;
 
-    /// Accumulator, X register and flags. A program has them before and behind the function; commands that read leave them
-    /// alone.
+    /// Accumulator, X register and flags. A program has them before and behind the function; commands that read leave
+    /// them alone.
     fn registers(&mut self) -> &mut Registers;
 
     /// GAP: an axis parameter.
@@ -165,7 +166,7 @@ const RELATIVE: u8 = 1;
 pub struct Executed {
     /// The time at which it was executed.
     pub at: Micros,
-    /// Its address in program memory, in commands.
+    /// Address of the command in program memory, in commands.
     pub address: u16,
     /// The command.
     pub command: Command,

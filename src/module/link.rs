@@ -12,8 +12,8 @@ use crate::tmcl::{Opcode, Reply, Status, can};
 use crate::units::Micros;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Executes a request from a link; returns the answer, and the mode in which a byte link goes on. The link's own end
-    /// encodes the reply, with the [`Module::link_settings`] as they are right after this call.
+    /// Executes a request from a link; returns the answer, and the mode in which a byte link goes on. The link's own
+    /// end encodes the reply, with the [`Module::link_settings`] as they are right after this call.
     #[inline(always)]
     pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, LinkMode) {
         self.links.update(&self.executor.globals, &self.waiting);
@@ -27,10 +27,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Executes a telegram that is for this module. On the RS485 bus it must carry one of the module's addresses; a link
-    /// between one host and the module accepts any. The addressed module answers a wrong checksum with status 1. A module
-    /// whose own address is the host's hears the replies of other modules as if they were requests; it recognises
-    /// them by the requests before and does not answer.
+    /// Executes a telegram that is for this module. On the RS485 bus it must carry one of the module's addresses; a
+    /// link between one host and the module accepts any. The addressed module answers a wrong checksum with status 1. A
+    /// module whose own address is the host's hears the replies of other modules as if they were requests; it
+    /// recognises them by the requests before and does not answer.
     #[inline(always)]
     fn telegram(&mut self, now: Micros, source: Source, telegram: Addressed) -> (Answer, LinkMode) {
         let Addressed { address: to, command, intact } = telegram;
@@ -56,7 +56,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         (self.obey(now, source.into(), command), mode)
     }
 
-    /// Executes a line of ASCII mode (manual section 3.4). The answer to BIN is still text; binary mode begins after it.
+    /// Executes a line of ASCII mode (manual section 3.4). The answer to BIN is still text; binary mode begins after
+    /// it.
     #[inline(never)]
     fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, LinkMode) {
         let (status, opcode, mode) = match line {
@@ -72,9 +73,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Takes a request from the CAN bus. It has one of the module's identifiers (parameters 71 and 83); another one is
     /// not answered.
     ///
-    /// Where parameter 70, the identifier of replies, is one of the module's own identifiers, the module receives the replies
-    /// of other modules, too. It recognises them by the requests to those modules, so it has to be given all frames; else
-    /// frames with other identifiers may be kept from it.
+    /// Where parameter 70, the identifier of replies, is one of the module's own identifiers, the module receives the
+    /// replies of other modules, too. It recognises them by the requests to those modules, so it has to be given all
+    /// frames; else frames with other identifiers may be kept from it.
     #[inline(always)]
     fn frame(&mut self, now: Micros, frame: can::Request) -> Answer {
         let can::Request { id, command, length } = frame;

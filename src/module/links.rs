@@ -1,4 +1,4 @@
-//! What a module knows of its links and of the hosts at their other ends.
+//! The knowledge that a module has of its links and of the hosts at their other ends.
 
 use super::link_settings::LinkSettings;
 use super::origin::Source;
@@ -23,7 +23,8 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// The links before their [start](Self::start). Inlined, so that on the way to their place they are on the stack once.
+    /// The links before their [start](Self::start). Inlined, so that on the way to their place they are on the stack
+    /// once.
     #[inline(always)]
     pub(super) fn new() -> Self {
         Links {

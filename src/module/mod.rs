@@ -2,14 +2,15 @@
 //!
 //! A command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings; time comes in by
 //! [`Module::poll`]. A reply may come later: after each `poll` the caller takes the replies that are due by
-//! [`Module::next_reply`], and events by [`Module::next_event`]. There is no clock, no wait, and no access to hardware but through the device; digital and
-//! analog signals are exchanged as plain values.
+//! [`Module::next_reply`], and events by [`Module::next_event`]. There is no clock, no wait, and no access to hardware
+//! but through the device; digital and analog signals are exchanged as plain values.
 //!
-//! A module is made of values that know nothing of each other, each in a file of its own: the program and its
-//! downloads (`program`, and `control` for the commands), the links (`links`, `link_settings`, `overheard`,
-//! `supervision`), the commands that wait for the EEPROM (`waiting`) and the host that waits for arrivals (`arrival`). Its
-//! methods only put these together: `desk` and `link` bring a request, `dispatch` has it carried out, `perform` by the
-//! executor and by the additions of `hooks`, `turn` is the turn of each millisecond, and `run` a slice of the program.
+//! A module is made of values that know nothing of each other, each in a file of its own. They are the program and its
+//! downloads (`program`, and `control` for the commands), and the links (`links`, `link_settings`, `overheard`,
+//! `supervision`). Others are the commands that wait for the EEPROM (`waiting`) and the host that waits for arrivals
+//! (`arrival`). Its methods only put these together: `desk` and `link` bring a request, and `dispatch` has it carried
+//! out. `perform` does that by the executor and by the additions of `hooks`. `turn` is the turn of each millisecond,
+//! and `run` a slice of the program.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -36,7 +37,7 @@ pub use desk::{LinkEnds, deliver, serve};
 pub use hooks::{Execute, Executed, Hooks};
 pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};
-pub use port::{Message, Port, Request};
+pub use port::{LinkPort, Message, Request};
 
 use arrival::Arrivals;
 use links::Links;
@@ -45,7 +46,7 @@ use waiting::Waiting;
 
 use core::task::Poll;
 
-use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
+use crate::device::{Circuit, Device, Inputs, Outputs, Parts, Piece};
 use crate::executor::Executor;
 use crate::motion::Axis;
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
@@ -55,7 +56,7 @@ use crate::units::Micros;
 use crate::vm::Machine;
 
 /// The types of which a module is made: a board, whose product has a [`Spec`], and additions.
-pub trait Platform: Board<Product: Product> {
+pub trait Platform: Circuit<Product: Product> {
     /// Additions to the module: user functions, and an observer of the program.
     type Hooks: Hooks;
 }
@@ -132,8 +133,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.device.restart().is_some() { Poll::Ready(None) } else { self.obey(now, origin.into(), command) }
     }
 
-    /// The value that GAP, GGP, GIO or RFS (its status) would read, past all links: reading it so is no sign of life of a
-    /// host. Whether a position is reached is told as the firmware has read it last.
+    /// The value that GAP, GGP, GIO or RFS (its status) would read, past all links: reading it so is no sign of life of
+    /// a host. Whether a position is reached is told as the firmware has read it last.
     ///
     /// # Errors
     /// The status with which the command is refused.
@@ -150,15 +151,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         now.0 >= self.device.deadline().0 && matches!(self.device.next_piece(), Piece::Beginning)
     }
 
-    /// Does the next piece of what is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be.
-    /// Takes the inputs as they are now.
+    /// Does the next piece of what is due at `now`: to be called at [`Module::deadline`], or as soon after it as can
+    /// be. Takes the inputs as they are now.
     ///
-    /// A piece is one of the turn of each millisecond, or a slice of the program: while the program has commands to
+    /// A piece is one of the turn of each millisecond, or a slice of the program. While the program has commands to
     /// execute in this millisecond, the deadline is in the past, and each call executes the next few of them. So that
     /// nobody waits for long, the owner looks at the links between two pieces.
     ///
     /// Returns the outputs as they are to be set, at least once a millisecond, and whenever the program has executed a
-    /// command that does more than read: then there may be replies, jobs of the store, and new link settings, too.
+    /// command that does more than read. Then there may be replies, jobs of the store, and new link settings, too.
     #[inline(always)]
     pub fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Option<Outputs> {
         if now >= self.device.deadline() {
@@ -216,9 +217,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device.store_mut()
     }
 
-    /// Tells the module how the EEPROM job that it gave out last has gone. Commands that waited for it are answered: with
-    /// status 100 if all they stored is written, with status 5 if it could not be; then their settings are not in force
-    /// either.
+    /// Tells the module how the EEPROM job that it gave out last has gone. Commands that waited for it are answered:
+    /// with status 100 if all they stored is written, with status 5 if it could not be. In the second case their
+    /// settings are not in force either.
     pub fn stored(&mut self, written: bool) {
         let Module { machine, device, executor, links, waiting, .. } = self;
         let Finished { failed, erased, .. } = device.store_mut().finish(written);

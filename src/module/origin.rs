@@ -30,8 +30,8 @@ impl From<Source> for Origin {
     }
 }
 
-/// The answer to a request: a reply, or `None` where the request is over without a reply. While it is pending the link is
-/// to bring no other request; the answer comes by [`Module::next_reply`](super::Module::next_reply).
+/// The answer to a request: a reply, or `None` where the request is over without a reply. While it is pending the link
+/// is to bring no other request; the answer comes by [`Module::next_reply`](super::Module::next_reply).
 pub type Answer = Poll<Option<Reply>>;
 
 /// An answer that comes later than the call that brought its request; or the event of command 138.

@@ -1,25 +1,26 @@
 //! Replies of other modules, which a module hears if its own address is the one that replies go to: the host's
 //! (parameter 76 on RS485, 70 on CAN). It must not take them for requests.
 //!
-//! A telegram does not say who has sent it, and a reply - address, status, command number, value - has the form of a
-//! request - command number, type, motor or bank, value. But where a reply has the number of a command, a request has
-//! a motor or a bank, of which there are few. So most replies are known by their shape alone, however many hosts ask
-//! however many modules at once. For the other replies the module remembers the requests to other modules:
+//! A telegram does not say who has sent it. A reply (address, status, command number, value) has the form of a request
+//! (command number, type, motor or bank, value). But where a reply has the number of a command, a request has a motor
+//! or a bank, of which there are few. So most replies are known by their shape alone, however many hosts ask however
+//! many modules at once. For the other replies the module remembers the requests to other modules:
 //!
 //! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
 //!   the value of its request.
 //! - Where there are motors 4 and 5, so does a refusal of MVP and SAP; that these were executed is known by the shape.
 //!   And where MVP COORD takes a set of axes, so does the refusal of a command from 64 on by module 4, the number of
 //!   MVP.
-//! - A command out of program memory, and the version in characters, have no shape: as long as a module has been asked
+//! - A command out of program memory, and the version in characters, have no shape. As long as a module has been asked
 //!   for one and has not answered, a telegram is taken for this reply, unless it stops a motor or a program.
 //!
-//! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost: its
-//! type is the number of a status, and its motor or bank either does not exist, so that the answer would be status 4,
-//! or is the number of a command that another module was asked to execute with the same value a moment ago, and has
-//! not answered (or whose address several modules have in common), or is motor 4 or 5 with type 100, 101 or 128, which
-//! no command has. And a reply to command 0, or to a telegram with a wrong checksum, is taken for a request if its
-//! module was addressed by its second address. Neither can happen where the host has an address of its own.
+//! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost. Its
+//! type is the number of a status, and its motor or bank is of one of three kinds. It may not exist, so that the answer
+//! would be status 4. It may be the number of a command that another module was asked to execute with the same value a
+//! moment ago. That module has not answered, or several modules have its address in common. Or it is motor 4 or 5 with
+//! type 100, 101 or 128, which no command has. And a reply to command 0, or to a telegram with a wrong checksum, is
+//! taken for a request if its module was addressed by its second address. Neither can happen where the host has an
+//! address of its own.
 
 use heapless::Deque;
 
@@ -59,13 +60,13 @@ pub(super) struct Overheard {
 /// How well a reply fits a request, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
-    /// It is no reply to this request.
+    /// The telegram is no reply to this request.
     Not,
-    /// It may be: the reply to this request can have any contents.
+    /// The telegram may be a reply: the reply to this request can have any contents.
     Anything,
-    /// It is one, and may not be the only one: several modules may share the address of the request.
+    /// The telegram is a reply, and may not be the only one: several modules may share the address of the request.
     Shared,
-    /// It is one, and comes from the address that the request went to.
+    /// The telegram is a reply, and comes from the address that the request went to.
     Own,
 }
 
@@ -147,8 +148,8 @@ const fn is_shaped<const AXES: usize>(content: Command) -> bool {
     }
 }
 
-/// Whether this number of a command could be that of a motor above those that all products have, or in the place of the
-/// motor in MVP, which the number of the module would be, a set of axes.
+/// Whether this number of a command could be that of a motor above those that all products have. In the place of the
+/// motor in MVP, which the number of the module would be, it could also be a set of axes.
 const fn is_motors<const AXES: usize>(module: u8, opcode: u8) -> bool {
     is_motor::<AXES>(opcode) || AXES > 1 && module == Opcode::Mvp as u8 && opcode >= FIRST_SET
 }

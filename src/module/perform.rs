@@ -1,20 +1,20 @@
-//! The executor at work for a module: whoever is concerned by what a command has done is told. User functions have their
-//! commands carried out in the same way.
+//! The executor at work for a module: whoever is concerned by what a command has done is told. User functions have
+//! their commands carried out in the same way.
 
 use super::arrival::Arrivals;
 use super::hooks::{Execute, Hooks};
 use super::links::Links;
 use super::spec::Product;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::executor::{Executor, Outcome, Undo, admit};
 use crate::store::Need;
 use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
 use crate::vm::{Machine, Registers};
 
-/// All of a module that a command of the executor concerns. It does not have the hooks: so a user function, which is given
-/// this, cannot call another one, and the stack has one of them at a time.
-pub(super) struct Performer<'a, T: Board, const AXES: usize> {
+/// All of a module that a command of the executor concerns. It does not have the hooks: so a user function, which is
+/// given this, cannot call another one, and the stack has one of them at a time.
+pub(super) struct Performer<'a, T: Circuit, const AXES: usize> {
     pub(super) now: Micros,
     pub(super) machine: &'a mut Machine,
     pub(super) device: &'a mut Device<T, AXES>,
@@ -23,9 +23,9 @@ pub(super) struct Performer<'a, T: Board, const AXES: usize> {
     pub(super) arrivals: &'a mut Arrivals,
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Performer<'_, T, AXES> {
-    /// Has the executor carry out a command whose number and motor field are checked, and tells the links and the host of
-    /// command 138 what concerns them. While a host is silent that should be heard, no motor is started.
+impl<T: Circuit<Product: Product>, const AXES: usize> Performer<'_, T, AXES> {
+    /// Has the executor carry out a command whose number and motor field are checked, and tells the links and the host
+    /// of command 138 what concerns them. While a host is silent that should be heard, no motor is started.
     pub(super) fn perform(&mut self, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
         let Performer { now, machine, device, executor, links, arrivals } = self;
         let barred = links.heartbeat_missed(*now, &executor.globals);
@@ -49,16 +49,16 @@ impl<T: Board<Product: Product>, const AXES: usize> Performer<'_, T, AXES> {
     }
 }
 
-/// What a user function has of its module, and what it has had stored.
-struct Caller<'a, T: Board, const AXES: usize> {
+/// The part of its module that a user function has, and what it has had stored.
+struct Caller<'a, T: Circuit, const AXES: usize> {
     performer: Performer<'a, T, AXES>,
     /// The part of the EEPROM that has to be up to date before the reply.
     stored: Option<Need>,
-    /// What to take back if writing the EEPROM fails.
+    /// The change to take back if writing the EEPROM fails.
     undo: Option<Undo>,
 }
 
-impl<T: Board<Product: Product>, const AXES: usize> Execute for Caller<'_, T, AXES> {
+impl<T: Circuit<Product: Product>, const AXES: usize> Execute for Caller<'_, T, AXES> {
     fn execute(&mut self, command: Command) -> Result<i32, Status> {
         let opcode = admit::<T::Product, AXES>(command)?;
         if self.undo.is_some() && matches!(opcode, Opcode::Sco | Opcode::Cco | Opcode::Aco) {

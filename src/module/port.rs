@@ -33,10 +33,10 @@ pub type Message = Vec<u8, { ascii::REPLY }>;
 
 /// The module's end of one byte link. Each link has a port, and with it a mode of its own.
 ///
-/// The answer to a line, or to a command that may change the mode, decides in which mode the next byte is to be read. So as
-/// long as [`Port::is_waiting`], the caller keeps further bytes.
+/// The answer to a line, or to a command that may change the mode, decides in which mode the next byte is to be read.
+/// So as long as [`LinkPort::is_waiting`], the caller keeps further bytes.
 #[derive(Clone, Debug)]
-pub struct Port {
+pub struct LinkPort {
     framer: Framer,
     mode: LinkMode,
     /// A request is complete, in the framer or in `line`.
@@ -53,11 +53,11 @@ pub struct Port {
     editor: Editor,
 }
 
-impl Port {
+impl LinkPort {
     /// The port of a link that starts in `mode`.
     pub const fn new(source: Source, mode: LinkMode) -> Self {
         let shared = matches!(source, Source::Rs485);
-        Port {
+        LinkPort {
             framer: Framer::new(),
             mode,
             ready: false,
@@ -71,8 +71,8 @@ impl Port {
     }
 
     /// Takes one byte that arrived at `at`, and returns the characters to be sent back at once: the echo of ASCII mode.
-    /// ASCII mode asks for the `settings` in force; binary mode needs none, and time is short there. If the byte completes
-    /// a request, this stays here until [`Port::take`], which has to come before the next byte.
+    /// ASCII mode asks for the `settings` in force; binary mode needs none, and time is short there. If the byte
+    /// completes a request, this stays here until [`LinkPort::take`], which has to come before the next byte.
     #[inline(always)]
     pub fn push(&mut self, byte: u8, at: Micros, settings: impl FnOnce() -> LinkSettings) -> &[u8] {
         if self.mode == LinkMode::Ascii {
@@ -86,8 +86,8 @@ impl Port {
         &[]
     }
 
-    /// Whether the first telegram after ASCII mode lacks its ninth byte. A terminal may have ended the last line with CR
-    /// and LF: the line ends at CR, and LF, which would be address 10, is not part of the telegram behind it.
+    /// Whether the first telegram after ASCII mode lacks its ninth byte. A terminal may have ended the last line with
+    /// CR and LF. The line ends at CR, and LF, which would be address 10, is not part of the telegram behind it.
     #[cold]
     #[inline(never)]
     fn lacks_a_byte(&mut self) -> bool {
@@ -125,7 +125,7 @@ impl Port {
         self.ready
     }
 
-    /// Takes the request that the last byte has completed, if it has. It is to be followed by [`Port::answer`].
+    /// Takes the request that the last byte has completed, if it has. It is to be followed by [`LinkPort::answer`].
     #[inline(always)]
     pub fn take(&mut self) -> Option<Request> {
         if !core::mem::take(&mut self.ready) {
@@ -149,7 +149,7 @@ impl Port {
     }
 
     /// Ends a request with its reply, or without one where `reply` is `None`, or brings the event of command 138, which
-    /// ends no request: appends the bytes to be sent to `out`. The link goes on in `mode`, if one is given.
+    /// ends no request. The bytes to be sent are appended to `out`. The link goes on in `mode`, if one is given.
     ///
     /// # Errors
     /// `out` has no room for the reply, which is lost.
@@ -210,7 +210,8 @@ impl Port {
         self.open = 0;
     }
 
-    /// Gives up an unfinished telegram, after a silence on the link. An unfinished line stays: a person may type slowly.
+    /// Gives up an unfinished telegram, after a silence on the link. An unfinished line stays: a person may type
+    /// slowly.
     pub fn silence(&mut self) {
         if !self.ready {
             self.framer.reset();
@@ -229,7 +230,7 @@ mod tests {
         LinkSettings { address: 1, host: 2, echo: Echo::Characters, ..LinkSettings::default() }
     }
 
-    fn push(port: &mut Port, bytes: &[u8]) -> (std::vec::Vec<u8>, std::vec::Vec<Request>) {
+    fn push(port: &mut LinkPort, bytes: &[u8]) -> (std::vec::Vec<u8>, std::vec::Vec<Request>) {
         let (mut echo, mut requests) = (std::vec::Vec::new(), std::vec::Vec::new());
         for byte in bytes {
             echo.extend_from_slice(port.push(*byte, Micros(0), settings));
@@ -238,7 +239,7 @@ mod tests {
         (echo, requests)
     }
 
-    fn answer(port: &mut Port, reply: Option<&Reply>, mode: LinkMode) -> Message {
+    fn answer(port: &mut LinkPort, reply: Option<&Reply>, mode: LinkMode) -> Message {
         let mut message = Message::new();
         port.answer(reply, Some(mode), settings().reply_addresses(), &mut message).unwrap();
         message
@@ -246,7 +247,7 @@ mod tests {
 
     #[test]
     fn there_and_back() {
-        let mut port = Port::new(Source::Usb, LinkMode::Binary);
+        let mut port = LinkPort::new(Source::Usb, LinkMode::Binary);
         let get = binary::encode_command(1, Command::new(6, 1, 0, 0));
         let enter = binary::encode_command(1, Command::new(139, 0, 0, 0));
         let ok = Reply::Plain { status: Status::Ok, opcode: 139, value: 0 };

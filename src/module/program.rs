@@ -1,8 +1,8 @@
-//! What a module knows of its program beside the interpreter: what it may still spend, whether it is still to be started,
-//! and which link downloads another one.
+//! The knowledge that a module has of its program beside the interpreter: what it may still spend, whether it is still
+//! to be started, and which link downloads another one.
 
 use super::origin::Source;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::store::{Memory, Store};
 use crate::tmcl::Command;
 use crate::vm::{Machine, Signals};
@@ -41,9 +41,13 @@ impl Program {
         store.downloading().is_some() && self.downloader.is_some_and(|link| link != source)
     }
 
-    /// Tells the program what the axes, stop switches and inputs have done since the last millisecond, and lets it spend
-    /// anew.
-    pub(super) fn begin_turn<T: Board, const AXES: usize>(&mut self, machine: &mut Machine, device: &Device<T, AXES>) {
+    /// Tells the program what the axes, stop switches and inputs have done since the last millisecond, and lets it
+    /// spend anew.
+    pub(super) fn begin_turn<T: Circuit, const AXES: usize>(
+        &mut self,
+        machine: &mut Machine,
+        device: &Device<T, AXES>,
+    ) {
         let mut signals = core::mem::take(&mut self.signals);
         for number in 0..AXES {
             let [left, right] = device.stop_switches(number).unwrap_or_default();

@@ -1,9 +1,9 @@
 //! How a program is executed beside everything else (manual section 3.3).
 //!
 //! In each millisecond a program may spend 128 units: 16 on a command that talks to the chips, one on any other. So the
-//! speed of a program is the same on every host and on the image, and leaves time for the axes and the links. It runs in
-//! slices, between which the owner of the module looks at the links: a slice is one command that talks to the chips, or
-//! others that take no longer together.
+//! speed of a program is the same on every host and on the image, and leaves time for the axes and the links. It runs
+//! in slices, between which the owner of the module looks at the links. A slice is one command that talks to the chips,
+//! or others that take no longer together.
 
 use super::program::{Program, program_command};
 use super::waiting::{Waiter, WaitingCommand};
@@ -14,11 +14,11 @@ use crate::tmcl::{Command, Instruction, Opcode, Status};
 use crate::units::Micros;
 use crate::vm::{self, Awaited, Wait};
 
-/// What a command costs that talks to the chips.
+/// Cost of a command that talks to the chips.
 const CHIP_COST: u32 = 16;
 /// The length of a slice: this many commands that need the interpreter alone.
 const SLICE: u32 = 32;
-/// What any other command takes of a slice, if it does not talk to the chips.
+/// Share of a slice that any other command takes, if it does not talk to the chips.
 const LONGER: u32 = 4;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -129,7 +129,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         done.map(|_| ())
     }
 
-    /// Carries out a command of the program that is not the interpreter's own. GAP goes a short way, as that of a link does.
+    /// Carries out a command of the program that is not the interpreter's own. GAP goes a short way, as that of a link
+    /// does.
     fn act_for_program(&mut self, now: Micros, instruction: &Instruction, command: Command) -> Result<Outcome, Status> {
         check_motor::<T::Product, AXES>(instruction, command.motor)?;
         match instruction.opcode {

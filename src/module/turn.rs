@@ -1,8 +1,9 @@
 //! The turn of each millisecond: the device goes first, and what it has noticed is passed on. A host that falls silent
-//! (global parameters 68 and 82) has the motors stopped here. For a supply that is too low or a silent motion controller
-//! the device has stopped them already; here the program is stopped and the error flags are raised.
+//! (global parameters 68 and 82) has the motors stopped here. For a supply that is too low or a silent motion
+//! controller the device has stopped them already; here the program is stopped and the error flags are raised.
 //!
-//! Turns may be left out by whoever simulates a module: those in which it does nothing but to take the same readings again.
+//! Turns may be left out by whoever simulates a module: those in which it does nothing but to take the same readings
+//! again.
 
 use super::{Module, Platform};
 use crate::device::{Device, Inputs, Outputs, Piece, Supervised, Supply};
@@ -20,7 +21,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     #[inline(never)]
     pub(super) fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
         match self.device.next_piece() {
-            Piece::Lines => return self.device.next_lines(),
+            Piece::Interpolations => return self.device.next_interpolations(),
             Piece::Reading => return self.device.next_reading(),
             Piece::Axis => {}
             Piece::Beginning => {
@@ -130,14 +131,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 impl<T: Platform<Hardware: Foreseeable>, const AXES: usize> Module<T, AXES> {
     /// Number of turns after which the same readings come again, as [`Device::ROTATION`].
     pub const ROTATION: u32 = Device::<T, AXES>::ROTATION;
-    /// Number of turns after which nothing that is known of a motor that turns is older than they are, as [`Device::FRESH`].
+    /// Number of turns after which nothing that is known of a motor that turns is older than they are, as
+    /// [`Device::FRESH`].
     pub const FRESH: u32 = Device::<T, AXES>::FRESH;
 
-    /// What the module is going to do until a request comes, if its inputs and its chips stay as they are: the time before
-    /// which a turn only takes readings, and by axis how far motors may turn meanwhile, as in [`Calm`]. `None` if the next
-    /// turn may do more, or if the turn under way is not over. The status LED does not count.
+    /// The prospects of the module until a request comes, if its inputs and its chips stay as they are. They are the
+    /// time before which a turn only takes readings, and by axis how far motors may turn meanwhile, as in [`Calm`].
+    /// `None` if the next turn may do more, or if the turn under way is not over. The status LED does not count.
     pub fn calm(&self) -> Option<(Micros, [u32; AXES])> {
-        // The program is asked first: where one never waits, each turn is asked for in vain, and this is the shortest answer.
+        // The program is asked first: where one never waits, each turn is asked for in vain, and this is the shortest
+        // answer.
         let program = self.machine.calm_until()?;
         let idle = !self.links.are_stale()
             && !self.changed
@@ -155,8 +158,8 @@ impl<T: Platform<Hardware: Foreseeable>, const AXES: usize> Module<T, AXES> {
         Some((until, axes.map(|Calm { room, .. }| room)))
     }
 
-    /// Lets whole rotations of turns pass that change nothing, as [`Module::calm`] has told. Returns the outputs as they are
-    /// to be set after the last of them.
+    /// Lets whole rotations of turns pass that change nothing, as [`Module::calm`] has told. Returns the outputs as
+    /// they are to be set after the last of them.
     pub fn pass(&mut self, rotations: u32) -> Outputs {
         self.device.pass(rotations);
         self.blink(self.device.turn());

@@ -42,7 +42,7 @@ pub(super) struct WaitingCommand {
     pub(super) need: Need,
     /// The value of the reply if all goes well.
     pub(super) value: i32,
-    /// What to take back if writing the EEPROM fails.
+    /// The change to take back if writing the EEPROM fails.
     pub(super) undo: Option<Undo>,
     /// Global parameter 255 suppresses the reply.
     pub(super) suppressed: bool,
@@ -73,7 +73,8 @@ impl Waiting {
         !self.commands.is_empty() && self.has_of(source)
     }
 
-    /// A function of its own, marked as cold: it is asked for each link before each request, and seldom something waits.
+    /// A function of its own, marked as cold: it is asked for each link before each request, and seldom something
+    /// waits.
     #[cold]
     #[inline(never)]
     fn has_of(&self, source: Source) -> bool {
@@ -126,20 +127,20 @@ impl Waiting {
         }
     }
 
-    /// What the waiting commands have to take back if settings cannot be written, the last command first.
+    /// The changes that the waiting commands have to take back if settings cannot be written, the last command first.
     pub(super) fn undos(&self) -> impl Iterator<Item = Undo> {
         self.commands.iter().rev().filter_map(|waiting| waiting.undo)
     }
 
-    /// Answers commands with status 5, because a part of the EEPROM cannot be written. The state of the program is among
-    /// the settings: if they cannot be written, it is not stored either.
+    /// Answers commands with status 5, because a part of the EEPROM cannot be written. The state of the program is
+    /// among the settings: if they cannot be written, it is not stored either.
     pub(super) fn fail(&mut self, failed: Need, machine: &mut Machine) {
         let need = if failed == Need::Settings { None } else { Some(failed) };
         self.release(Status::EepromLocked, need, machine);
     }
 
-    /// Answers the waiting commands that need this part of the EEPROM, or all of them. Never inlined: it is long, and seldom
-    /// something waits.
+    /// Answers the waiting commands that need this part of the EEPROM, or all of them. Never inlined: it is long, and
+    /// seldom something waits.
     #[inline(never)]
     fn release(&mut self, status: Status, need: Option<Need>, machine: &mut Machine) {
         let Waiting { commands, replies } = self;

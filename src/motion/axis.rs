@@ -57,8 +57,8 @@ pub struct Axis<H: Hardware> {
     pub(super) orders: Orders<H::Shape>,
     /// Orders that the chips have not taken yet; each poll tells them again.
     pub(super) untold: Untold,
-    /// Whether the motor stands where it is to stand, by the last poll and by what it was told since; and the number of
-    /// the reading that the last poll has left to be taken.
+    /// Whether the motor stands where it is to stand, by the last poll and by what it was told since. With it goes the
+    /// number of the reading that the last poll has left to be taken.
     pub(super) followed: Followed,
     /// Events that the next poll returns.
     pub(super) events: Events,
@@ -66,8 +66,8 @@ pub struct Axis<H: Hardware> {
     pub(super) measured: Measured,
     /// The excitation that the driver was told last.
     pub(super) driving: Driving,
-    /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
-    /// where the ramp generator does.
+    /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself;
+    /// `None` where the ramp generator does.
     pub(super) watched: Option<bool>,
     pub(super) sensors: Sensors,
     pub(super) encoders: Encoders,
@@ -102,8 +102,8 @@ impl<H: Hardware> Axis<H> {
         }
     }
 
-    /// Sets a setting without telling the chips, as [`preset`](Self::preset) does, but whatever the product's table says of
-    /// it: for a firmware that has ranges of its own, and for a setting that the table does not have.
+    /// Sets a setting without telling the chips, as [`preset`](Self::preset) does, but whatever the product's table
+    /// says of it. This is for a firmware that has ranges of its own, and for a setting that the table does not have.
     pub fn preset_setting(&mut self, setting: P, value: i32) {
         self.values.set(setting, value);
     }
@@ -115,15 +115,16 @@ impl<H: Hardware> Axis<H> {
         self.encoders.reverse = reverse;
     }
 
-    /// Has the axis watch the right stop switch itself, at its input, once in each poll, because the ramp generator has
-    /// one polarity for all switches and that of this one is another. `closed` is the level of the input while the switch
-    /// is closed; with `None` the ramp generator watches this switch again, from the next motion command on.
+    /// Has the axis watch the right stop switch itself, at its input, once in each poll. It does so because the ramp
+    /// generator has one polarity for all switches and that of this one is another. `closed` is the level of the input
+    /// while the switch is closed; with `None` the ramp generator watches this switch again, from the next motion
+    /// command on.
     pub fn watch_right_switch(&mut self, closed: Option<bool>) {
         self.watched = closed;
     }
 
-    /// Tells the axis how many microsteps a turn of the motor has. Then the position of the built-in encoder follows from
-    /// that, and no longer from the prescaler of parameter 210.
+    /// Tells the axis how many microsteps a turn of the motor has. Then the position of the built-in encoder follows
+    /// from that, and no longer from the prescaler of parameter 210.
     pub fn set_turn(&mut self, turn: i32) {
         self.encoders.turn = Some(turn);
     }
@@ -210,8 +211,8 @@ impl<H: Hardware> Axis<H> {
         H::Shape::of(&self.values)
     }
 
-    /// The slopes that the motor has for an acceleration of `wanted` on its way to a position, with ramps of a shape, at a
-    /// speed of up to that of parameter 4.
+    /// The slopes that the motor has for an acceleration of `wanted` on its way to a position. The ramps are of this
+    /// shape, and the speed is up to that of parameter 4.
     pub fn slopes(&self, shape: &H::Shape, wanted: i32) -> Slopes {
         shape.slopes(&self.values, wanted, self.values.get(P::MaximumSpeed))
     }
@@ -262,8 +263,9 @@ impl<H: Hardware> Axis<H> {
     }
 }
 
-/// The motion profile as the parameters and the pace of the last motion command make it, or as a reference search says. In a
-/// search the stop switches act as the leg under way needs them, and near position zero as anywhere else (tolerance 0).
+/// The motion profile as the parameters and the pace of the last motion command make it, or as a reference search says.
+/// In a search the stop switches act as the leg under way needs them, and near position zero as anywhere else
+/// (tolerance 0).
 pub(super) fn profile<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Profile<'a> {
     let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {

@@ -1,5 +1,5 @@
-//! For how long the polls of an axis do nothing but to take the same readings again. Whoever simulates a module may leave
-//! such polls out.
+//! For how long the polls of an axis do nothing but to take the same readings again. Whoever simulates a module may
+//! leave such polls out.
 
 use super::axis::{Axis, Events};
 use super::foreseeable::Foreseeable;
@@ -9,14 +9,14 @@ use super::stall::Measured;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
-/// The prospects of an axis, as long as its inputs and the answers of its chips stay as they are but for the position and
-/// the load of a motor that turns on at its speed.
+/// The prospects of an axis, as long as its inputs and the answers of its chips stay as they are. Only the position and
+/// the load of a motor that turns on at its speed may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Calm {
     /// Polls before this time change nothing but what they have read.
     pub until: Micros,
-    /// The number of microsteps that the motor may still make, on its way and from where it was read last, until a poll may
-    /// act upon its position; 0 for a motor that rests.
+    /// The number of microsteps that the motor may still make until a poll may act upon its position. It counts on the
+    /// motor's way, from where the motor was read last; it is 0 for a motor that rests.
     pub room: u32,
 }
 

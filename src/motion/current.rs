@@ -4,7 +4,7 @@
 //! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed
 //! of parameter 182, else the run current (6). Where 200 or 183 is 0, the next current in this order applies.
 //!
-//! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0: neither the slow run current
+//! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0. Neither the slow run current
 //! (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 such a motor is
 //! treated like any other that stands: standby and freewheeling begin after their times.
 
@@ -36,7 +36,8 @@ pub struct Excitation {
     pub cool_step: bool,
 }
 
-/// The state on which the choice of the current depends besides parameters and speed: how long the motor has been standing.
+/// The state on which the choice of the current depends besides parameters and speed: how long the motor has been
+/// standing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Current {
     /// The time of the first poll in which the motor stood; `None` while it moves or is held.
@@ -80,8 +81,8 @@ impl Current {
         self.still_since.is_some()
     }
 
-    /// The time before which the excitation of a motor stays as it is, if its state of motion does, as seen after the turn
-    /// at `turn`; a time that is over counts no more.
+    /// The time before which the excitation of a motor stays as it is, if its state of motion does. The time is as seen
+    /// after the turn at `turn`; a time that is over counts no more.
     pub(super) fn calm_until(&self, turn: Micros, values: &Values) -> Micros {
         let Some(since) = self.still_since else { return Micros(u64::MAX) };
         let ends = [P::PowerDownDelay, P::Freewheeling].map(|delay| since.after(hundredths(values.get(delay))));

@@ -7,8 +7,8 @@ use crate::chip::encoder::{Counter, TURN};
 use crate::param::AxisParameter as P;
 
 /// The bits of parameter 210 that are functions; the others are the prescaler. The manual reserves the lowest four bits
-/// (section 6.2.1), but only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler
-/// of two microsteps, 200, has bit 3 set.
+/// (section 6.2.1), but only [`CLEAR`] has a function (section 6.2.2). In the manual's own table 20 the prescaler of
+/// two microsteps, 200, has bit 3 set.
 const ENCODER_FUNCTIONS: i32 = CLEAR;
 /// The bits of parameter 217 that are functions (manual section 6.3); the others are the prescaler.
 const EXTERNAL_FUNCTIONS: i32 = 0x1C;
@@ -30,8 +30,8 @@ pub(super) struct Encoders {
     pub built_in: Counter<{ TURN as u32 }>,
     /// The external encoder.
     pub external: Counter<ABN_COUNTS>,
-    /// Microsteps in a turn of the motor, from which the position of the built-in encoder follows; with `None` it follows
-    /// from the prescaler of parameter 210.
+    /// Microsteps in a turn of the motor, from which the position of the built-in encoder follows; with `None` it
+    /// follows from the prescaler of parameter 210.
     pub turn: Option<i32>,
     /// The motor's shaft is reversed (global parameter 90), so that both encoders count the other way.
     pub reverse: bool,
@@ -76,9 +76,9 @@ impl Encoders {
         self.turn.map_or(values.get(P::EncoderPrescaler) & !ENCODER_FUNCTIONS, |turn| turn / 2)
     }
 
-    /// How far the motor has turned, at least, since the built-in encoder was at its absolute zero point, in microsteps.
-    /// `angle` is less than half a turn from there. A count begins at its lower end, so that the motor passes the zero
-    /// point between the counts -1 and 0.
+    /// How far the motor has turned, at least, since the built-in encoder was at its absolute zero point, in
+    /// microsteps. `angle` is less than half a turn from there. A count begins at its lower end, so that the motor
+    /// passes the zero point between the counts -1 and 0.
     pub(super) fn beyond_index(&self, angle: u16, values: &Values) -> i32 {
         let last = i32::from(TURN) - 1;
         let counts = if angle < TURN / 2 { i32::from(angle) } else { i32::from(angle) - last };
@@ -120,9 +120,9 @@ mod tests {
         210 EncoderPrescaler "" Prescaler &[(0, i32::MAX)], ReadWrite Volatile 25600 "",
     });
 
-    /// 1024 counts in a turn of 51 200 microsteps: 50 microsteps each, by the default of parameter 210 or by the turn. Up to the
-    /// half of a turn the zero point has been passed to the right, in the other half to the left, and there it lies between the
-    /// counts 1023 and 0.
+    /// 1024 counts in a turn of 51 200 microsteps: 50 microsteps each, by the default of parameter 210 or by the turn.
+    /// Up to the half of a turn the zero point has been passed to the right, in the other half to the left. There it
+    /// lies between the counts 1023 and 0.
     #[test]
     fn the_way_since_the_zero_point_follows_from_the_angle() {
         let values = Values::of(&AXIS);

@@ -1,5 +1,5 @@
 //! The orders that an axis had before a command. A command that a chip does not take is refused, and then it has had no
-//! effect: what the firmware wants is the former goal and profile again, and whatever the chips have taken of the other
+//! effect. What the firmware wants is the former goal and profile again. Whatever the chips have taken of the other
 //! one, they are told the former one as soon as they answer.
 
 use super::axis::Axis;

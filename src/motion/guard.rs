@@ -1,5 +1,5 @@
-//! Causes that stop an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch that its
-//! ramp generator does not watch. Each poll looks for them here.
+//! Causes that stop an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch
+//! that its ramp generator does not watch. Each poll looks for them here.
 
 use super::Error;
 use super::hardware::{Driver, Hardware, RampGenerator};
@@ -39,8 +39,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.hard_stop()
     }
 
-    /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
-    /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
+    /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning
+    /// move or a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
         self.axis.events.cut_short |= self.axis.orders.travelling || self.axis.search.is_some();
         self.axis.driving.forget();
@@ -50,7 +50,7 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     /// Stops a motor that turns or is to turn right while the right stop switch is closed, where the axis watches this
-    /// switch itself. That ends a move to the right. A reference search ends its leg by what it sees of the switch; and a
+    /// switch itself. That ends a move to the right. A reference search ends its leg by what it sees of the switch. A
     /// motor that is on its way back goes on to its goal, as under a ramp generator that watches the switch.
     pub(super) fn watch(&mut self) -> Result<(), Error> {
         let known = *self.axis.hardware.known();

@@ -40,8 +40,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.axis.hardware.bind(self.controller)
     }
 
-    /// The chips of the axis, and the profile of its motion. Always inlined, because otherwise both are returned in memory and
-    /// copied from there, which takes 50 cycles of each command.
+    /// The chips of the axis, and the profile of its motion. Always inlined, because otherwise both are returned in
+    /// memory and copied from there, which takes 50 cycles of each command.
     #[inline(always)]
     pub(super) fn chips_and_profile(&mut self) -> (H::Bound<'_>, Profile<'_>) {
         let Axis { hardware, values, search, orders, watched, .. } = &mut *self.axis;

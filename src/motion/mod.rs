@@ -1,9 +1,9 @@
 //! Axes: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
 //!
 //! An [`Axis`] keeps what it was told and what it has noticed. It reaches its chips by the trait [`Hardware`] alone,
-//! which [`tmc429`] implements for the TMC429 with its TMC262 drivers, and [`tmc5160`] for the TMC5160. The device polls
-//! each axis once in a millisecond ([`Joined::poll`]); between two polls the firmware gives motion commands and reads and
-//! writes parameters.
+//! which [`tmc429`] implements for the TMC429 with its TMC262 drivers, and [`tmc5160`] for the TMC5160. The device
+//! polls each axis once in a millisecond ([`Joined::poll`]); between two polls the firmware gives motion commands and
+//! reads and writes parameters.
 
 mod axis;
 mod calm;

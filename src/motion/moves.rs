@@ -75,8 +75,8 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Makes all ready for [`move_at`](Self::move_at) but the datagram that sets the motor going, which that sends then. A
-    /// reference search ends.
+    /// Makes all ready for [`move_at`](Self::move_at) but the datagram that sets the motor going, which that sends
+    /// then. A reference search ends.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
@@ -88,8 +88,8 @@ impl<H: Hardware> Joined<'_, H> {
         chips.prepare(target, &profile)
     }
 
-    /// The positioning move that is under way goes on at another pace, of which its chips are told by so many datagrams as one
-    /// piece of a turn has time for. True if there were any: then this is to be called again.
+    /// Has the positioning move that is under way go on at another pace. Its chips are told of it by so many datagrams
+    /// as one piece of a turn has time for. True if there were any: then this is to be called again.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take the datagram.
@@ -108,7 +108,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.retune()
     }
 
-    /// Stops the motor along the ramp of its present pace, and lets its move count as one that has ended before its target.
+    /// Stops the motor along the ramp of its present pace, and lets its move count as one that has ended before its
+    /// target.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
@@ -117,8 +118,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.rotate_at(now, 0, self.axis.orders.pace.acceleration)
     }
 
-    /// Makes the position of a motor that has been stopped its target, so that it does not go on when what has stopped it is
-    /// over. In velocity mode it does not anyway.
+    /// Makes the position of a motor that has been stopped its target, so that it does not go on when what has stopped
+    /// it is over. In velocity mode it does not anyway.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
@@ -156,8 +157,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.axis.orders.ended = Some(told);
     }
 
-    /// Has the axis be what it was when it [was noted](super::Axis::note), before a command that has been refused: the motor
-    /// goes on to its former goal. The chips are told so now, and what they do not take, with each poll.
+    /// Has the axis be what it was when it [was noted](super::Axis::note), before a command that has been refused: the
+    /// motor goes on to its former goal. The chips are told so now, and what they do not take, with each poll.
     #[inline(never)]
     pub fn recall(&mut self, former: &Former<H::Shape>) {
         former.restore(self.axis);

@@ -7,7 +7,7 @@ use super::pace::Pace;
 /// comes later here replaces what comes before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Untold {
-    /// They know all of it.
+    /// The chips know all of it.
     #[default]
     Nothing,
     /// The goal of the motor and its profile.

@@ -11,8 +11,8 @@
 //!
 //! In modes 2 and 3 a motor that begins on the other stop switch first leaves that slowly, towards the inside.
 //!
-//! After the last leg the motor goes to the zero point: to the middle between the first and the second edge of the
-//! switch that the legs have marked, or to the first where no second one is marked.
+//! After the last leg the motor goes to the zero point. This is the middle between the first and the second edge of the
+//! switch that the legs have marked, or the first where no second one is marked.
 
 /// Added to modes 1..=4: the search is for the right stop switch in place of the left one.
 const RIGHT: i32 = 64;
@@ -69,7 +69,7 @@ pub enum Mark {
     Far,
 }
 
-/// One run of a search, in one direction.
+/// A run of a search, in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Leg {
     /// The leg goes in the direction of the search, not back.
@@ -121,13 +121,13 @@ pub struct Plan {
     pub sought: Sought,
     /// The search goes in the direction of positive positions, else of negative ones.
     pub positive: bool,
-    /// The stop switches, left and right, that there are. A switch that there is not does not stop the motor; on an axis
-    /// that is a circle there is none.
+    /// The stop switches, left and right, that there are. A switch that there is not does not stop the motor; on an
+    /// axis that is a circle there is none.
     pub stops: [bool; 2],
     /// The legs in order, without the last one, to the zero point, which every search has.
     pub legs: &'static [Leg],
-    /// The legs with which a search begins anew, in the other direction, at the first stop switch that its first leg meets;
-    /// `None` if it gives up there.
+    /// The legs with which a search begins anew, in the other direction, at the first stop switch that its first leg
+    /// meets; `None` if it gives up there.
     pub turned: Option<&'static [Leg]>,
 }
 

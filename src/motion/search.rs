@@ -1,32 +1,33 @@
 //! The state machine of a reference search (manual section 7.1). A search finds a switch, passes its edges slowly, and
-//! makes one of them, or the middle between them, the zero point. Which legs a search has is said by a [`Plan`]; this
-//! file carries it out by what each poll sees, as a pure function without access to the hardware, and `searching.rs`
-//! tells the hardware.
+//! makes one of them, or the middle between them, the zero point. Which legs a search has is said by a [`Plan`]. This
+//! file carries it out by what each poll sees, as a pure function without access to the hardware; `searching.rs` tells
+//! the hardware.
 //!
 //! After the last leg the motor goes to the zero point, and the position and both encoders become zero there. A switch
 //! that is closed at the start counts as found. A leg that ends where a switch opens begins with the switch closed, or
-//! closes it on its way: so a fast motor that has run past a narrow home switch finds its way back.
+//! closes it on its way. So a fast motor that has run past a narrow home switch finds its way back.
 //!
 //! The ramp generator itself watches the stop switches: it stops the motor at once where one closes, and latches the
 //! position where one opens. The home switch, and the zero point of the built-in encoder, which can end a leg, are
-//! sampled by the poll of each millisecond: their edges are seen late by less than the way of 1 ms at the slow speed.
+//! sampled by the poll of each millisecond. Their edges are seen late by less than the way of 1 ms at the slow speed.
 //! Where two edges are passed in opposite directions, both are taken too far outwards, and their middle is off by less
 //! than half of that way.
 //!
 //! The level of a switch that ends a leg must still be there when the motor has stood for [`SETTLED`] polls, else the
-//! leg goes on: neither a glitch nor a bouncing switch is taken for an edge. Only a motor that finds the home switch may
-//! have run past it. Therefore the leg that comes back looks for the switch as far back as the motor has run past it, and
-//! a little further; if the switch is not found there, it was a glitch, and the leg before begins again.
+//! leg goes on. So neither a glitch nor a bouncing switch is taken for an edge. Only a motor that finds the home switch
+//! may have run past it. Therefore the leg that comes back looks for the switch as far back as the motor has run past
+//! it, and a little further. If the switch is not found there, it was a glitch, and the leg before begins again.
 //!
-//! Modes 5 and 6 turn round at the first stop switch. Any other closed stop switch in the way of a leg ends the search:
-//! at the second end of the axis; where the home switch overlaps a stop switch, so that it cannot be crossed; where the
-//! stop switch at the other end is in the way. The manual does not say what happens then: here a search that gives up
-//! leaves the motor standing, RFS STATUS 0, and position and encoders as they were, and it raises the error flag EPO.
+//! Modes 5 and 6 turn round at the first stop switch. Any other closed stop switch in the way of a leg ends the search.
+//! This happens at the second end of the axis, and where the stop switch at the other end is in the way. It also
+//! happens where the home switch overlaps a stop switch, so that it cannot be crossed. The manual does not say what
+//! happens then. Here a search that gives up leaves the motor standing, RFS STATUS 0, and position and encoders as they
+//! were. It also raises the error flag EPO.
 //!
-//! A search whose switch does not exist - in modes 5 and 6, on an axis without stop switches either - runs on until it
-//! is ended by RFS STOP, a motion command, or a change of parameter 1 or 138; so does one in mode 3 or 4 whose stop
-//! switch never opens on its far side. After a search the axis is in positioning mode: parameter 138 is 0, also where
-//! it was 1 before.
+//! A search whose switch does not exist runs on until it is ended by RFS STOP, a motion command, or a change of
+//! parameter 1 or 138. In modes 5 and 6 it does so if the axis has no stop switches either. A search in mode 3 or 4
+//! whose stop switch never opens on its far side runs on in the same way. After a search the axis is in positioning
+//! mode: parameter 138 is 0, also where it was 1 before.
 
 use super::hardware::{Goal, Known};
 use super::plan::{Leg, Mark, Plan, Sought, Until};
@@ -98,7 +99,7 @@ enum Verdict {
     Over,
     /// A closed stop switch is in the way, and it is not the switch at which the leg ends.
     Blocked,
-    /// There is no switch where the leg before has seen one: that was a glitch.
+    /// No switch is where the leg before has seen one: that was a glitch.
     Mistaken,
 }
 
@@ -122,7 +123,8 @@ pub(super) struct Search {
     stood: u8,
     /// The switch has been closed in this leg.
     closed: bool,
-    /// The position of the built-in encoder's zero point that counts in this leg, in microsteps, once it has been passed.
+    /// The position of the built-in encoder's zero point that counts in this leg, in microsteps, once it has been
+    /// passed.
     index: Option<i32>,
     /// Position at which the switch was first seen closed, in a leg that finds it.
     seen: i32,
@@ -135,8 +137,8 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// A search by a plan, for a zero point that is to have the position `home`, at the speeds of its fast and of its slow
-    /// legs, in the unit of parameter 4.
+    /// A search by a plan, for a zero point that is to have the position `home`. The speeds of its fast and of its slow
+    /// legs are in the unit of parameter 4.
     pub(super) const fn new(plan: Plan, home: i32, fast: i32, slow: i32) -> Self {
         Search {
             plan,
@@ -390,9 +392,9 @@ mod tests {
         home: [i32; 2],
     }
 
-    /// Carries a search out with a motor that goes ten microsteps in a poll in fast legs and one in slow ones, starts
-    /// and stops without a ramp, and runs over stop switches that do not stop it. Returns the numbers of the legs in
-    /// the order in which they began, and the zero point; `None` if the search gives up.
+    /// Carries a search out with a motor that goes ten microsteps in a poll in fast legs and one in slow ones. The
+    /// motor starts and stops without a ramp, and runs over stop switches that do not stop it. Returns the numbers of
+    /// the legs in the order in which they began, and the zero point; `None` if the search gives up.
     fn searched(stage: Stage, mode: i32) -> Option<(Vec<i32>, i32)> {
         let mut search = Search::new(Plan::of(mode), 0, 10, 1);
         let (mut known, mut legs, mut latched) = (Known::default(), Vec::new(), None);

@@ -1,4 +1,4 @@
-//! The reference search of an axis (RFS), on its hardware: each poll shows the search what there is to see, and then
+//! The reference search of an axis (RFS), on its hardware. Each poll shows the search what there is to see, and then
 //! does to the hardware what the state machine in `search.rs` asks for.
 
 use super::Error;

@@ -1,5 +1,5 @@
-//! How fast a motor is on its way up to its top speed, and down from it: with the way from rest, or to rest, the square of
-//! the speed grows in proportion. Here squares of speeds are in 1/256 of the square of the unit of
+//! How fast a motor is on its way up to its top speed, and down from it. With the way from rest, or to rest, the square
+//! of the speed grows in proportion. Here squares of speeds are in 1/256 of the square of the unit of
 //! [`Profile`](super::Profile).
 
 /// The slope of a ramp, of one piece or of two.
@@ -32,8 +32,8 @@ impl Slope {
         Slope { begin: 0, knee: 0, first: square, second: square }
     }
 
-    /// A slope that begins at the speed `start`, and whose first piece ends at the speed `end`; without one if that is below.
-    /// `first` and `second` are by what the square of the speed grows with each microstep.
+    /// A slope that begins at the speed `start`, and whose first piece ends at the speed `end`; without one if that is
+    /// below. `first` and `second` are by what the square of the speed grows with each microstep.
     pub fn bent(start: u32, end: u32, first: u32, second: u32) -> Self {
         let [begin, end] = [start, end].map(|speed| u64::from(speed).wrapping_mul(speed.into()) << 8);
         let knee = end.saturating_sub(begin).checked_div(first.into()).unwrap_or(u32::MAX.into());
@@ -93,8 +93,8 @@ mod tests {
         assert_eq!(root(slope.square(1000) >> 8), 1000);
     }
 
-    /// From 100 at 2 a = 200 the speed is 300 after (300^2 - 100^2) / 200 = 400 microsteps; then at 2 a = 100 it is 500 after
-    /// (500^2 - 300^2) / 100 = 1600 more.
+    /// From 100 at 2 a = 200 the speed is 300 after (300^2 - 100^2) / 200 = 400 microsteps. Then at 2 a = 100 it is 500
+    /// after (500^2 - 300^2) / 100 = 1600 more.
     #[test]
     fn a_bent_slope_has_two_accelerations() {
         let slope = Slope::bent(100, 300, 200 << 8, 100 << 8);

@@ -1,7 +1,7 @@
-//! Which load measurements of the driver (stallGuard2) count for stop on stall (parameter 181).
+//! The load measurements of the driver (stallGuard2) that count for stop on stall (parameter 181).
 //!
 //! The driver's load value is meaningless below the speed at which the motor's back-EMF can be measured, and it keeps
-//! its last value while the motor stands. So a load value of zero may be left over from before the motor started: a
+//! its last value while the motor stands. So a load value of zero may be left over from before the motor started. A
 //! firmware that acted on it would never again let a motor start that a stall has stopped. Only a measurement counts
 //! that was begun and ended above the speed of parameter 181.
 
@@ -12,7 +12,7 @@ use crate::param::AxisParameter as P;
 
 /// The way, in microsteps, on which the driver makes one whole measurement, wherever the way begins. One measurement
 /// takes four full steps with the driver's filter (parameter 173) and one full step without, and the next one follows
-/// at once: on twice that way one has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
+/// at once. So on twice that way one has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
 const fn span(filter: bool, resolution: i32) -> u32 {
     let full_steps: u32 = if filter { 8 } else { 2 };
     full_steps.unbounded_shl(resolution.unsigned_abs())
@@ -40,9 +40,9 @@ pub(super) enum Measured {
 }
 
 impl Measured {
-    /// Stop on stall: true if the hardware has stopped the motor for a stall, or if the driver signals one by a
-    /// measurement made wholly above the speed of parameter 181, and the motor is still faster than that now. `pin` is
-    /// the level of the driver's output for this.
+    /// Stop on stall: true if the hardware has stopped the motor for a stall. It is also true if the driver signals one
+    /// by a measurement made wholly above the speed of parameter 181, and the motor is still faster than that now.
+    /// `pin` is the level of the driver's output for this.
     pub(super) fn stalls(
         &mut self,
         chips: &mut (impl Driver + RampGenerator),

@@ -4,7 +4,7 @@
 /// Number of polls, one in a millisecond, after which the contacts of a switch have ceased to bounce: a level counts
 /// that has been there in all of them.
 pub(super) const SETTLED: u8 = 20;
-/// Number of such polls for a move on a straight line, which is no line any more when one of its axes stands: a press
+/// Number of such polls for a move on a straight line, which is no line any more when one of its axes stands. A press
 /// of 3 ms that stops a motor is seen by two polls whose positions are those of the polls before.
 pub(super) const SETTLED_ON_LINE: u8 = 2;
 
@@ -27,7 +27,7 @@ impl Switches {
     }
 }
 
-/// One of the two stop switches.
+/// A stop switch, one of two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
     /// The left stop switch, at the end of negative positions.
@@ -53,8 +53,8 @@ pub struct Stops {
     pub right: bool,
     /// A stop switch stops the motor along the ramp, not at once.
     pub soft: bool,
-    /// The stop switch whose opening latches the position, see [`StopSwitches::latch`](super::StopSwitches::latch); `None`
-    /// if that is not wanted.
+    /// The stop switch whose opening latches the position, see [`StopSwitches::latch`](super::StopSwitches::latch);
+    /// `None` if that is not wanted.
     pub latch: Option<Side>,
 }
 

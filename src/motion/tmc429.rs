@@ -1,8 +1,8 @@
 //! The hardware of an axis that runs on a ramp generator of the TMC429 and on a TMC262 driver of its own.
 //!
-//! Here is all that these two chips demand: the TMC429's positions have 24 bits (`position.rs`), its braking ramps need
-//! a parameter that is worked out for them ([`ramp`]), in velocity mode its speed limit is not that of positioning, and
-//! registers are written in such an order that none of them acts before the others are right. A register that already
+//! Here is all that these two chips demand. The TMC429's positions have 24 bits (`position.rs`). Its braking ramps need
+//! a parameter that is worked out for them ([`ramp`]). In velocity mode its speed limit is not that of positioning.
+//! Registers are written in such an order that none of them acts before the others are right. A register that already
 //! has its value costs no datagram: the drivers in [`crate::chip`] see to that.
 
 mod configuration;
@@ -30,13 +30,13 @@ pub use shape::Trapezoid;
 /// The driver's flags that mean that it has switched the motor off.
 const SHUT_DOWN: u32 = (flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B) as u32;
 
-/// Whether the position of a motor has to be read. Its known speed may be some milliseconds old; since then the motor may
-/// have been set going and told to stop again.
+/// Whether the position of a motor has to be read. Its known speed may be some milliseconds old; since then the motor
+/// may have been set going and told to stop again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rest {
     /// The motor may move.
     Moves,
-    /// Its speed has been read as zero after it was sent to where it is, so its position is read once more.
+    /// The speed has been read as zero after the motor was sent to where it is, so its position is read once more.
     Stands,
     /// The known position is that at which the motor stands.
     Rests,
@@ -81,8 +81,8 @@ impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
 }
 
 impl<M: SpiDevice, D> Tmc429Tmc262<M, D> {
-    /// The stop switches, left and right: the left one is as old as the last datagram, the right one at most eight turns of
-    /// readings of this axis.
+    /// The stop switches, left and right: the left one is as old as the last datagram, the right one at most eight
+    /// turns of readings of this axis.
     fn last_switches(&self, chip: &Tmc429<M>) -> [bool; 2] {
         [chip.left_switch(self.generator), self.right]
     }

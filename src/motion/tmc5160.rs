@@ -1,11 +1,11 @@
-//! The hardware of an axis that runs on a TMC5160, which is ramp generator, driver and encoder counter in one: each axis is
-//! on a motion controller of its own.
+//! The hardware of an axis that runs on a TMC5160, which is ramp generator, driver and encoder counter in one: each
+//! axis is on a motion controller of its own.
 //!
-//! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`, `settings.rs`), the
-//! driver's many settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of
-//! what is known of the motor comes with two datagrams in each millisecond (`readings.rs`): the actual position and, in
-//! rotation, one of the other readings; the stop switches are in the status byte of each datagram. By its supply the chip
-//! can be reset: then it has lost all registers, and the motor stands.
+//! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`, `settings.rs`),
+//! and the driver's many settings (`configuration.rs`). It also demands a way to stop at once although its speed cannot
+//! be written. Most of what is known of the motor comes with two datagrams in each millisecond (`readings.rs`). They
+//! bring the actual position and, in rotation, one of the other readings. The stop switches are in the status byte of
+//! each datagram. By its supply the chip can be reset: then it has lost all registers, and the motor stands.
 
 mod configuration;
 mod controller;
@@ -28,7 +28,7 @@ use super::hardware::{Hardware, Known, Readings};
 use crate::chip::tmc5160::Tmc5160;
 use crate::param::AxisParameter as P;
 pub use ramp::Shape;
-use unit::Unit;
+use unit::SpeedUnit;
 
 /// For how many turns, one in a millisecond, readings may still be older than what the chip was told.
 #[derive(Clone, Copy, Debug, Default)]
@@ -86,7 +86,7 @@ pub struct Tmc5160Axis<D> {
     /// DRV_STATUS as read last.
     driver: u32,
     /// The unit of speeds.
-    unit: Unit,
+    unit: SpeedUnit,
     /// The top speed of the profile, in that unit.
     top_speed: i32,
     device: PhantomData<D>,
@@ -106,7 +106,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             deviates: false,
             stealth_chop: StealthChop::default(),
             driver: 0,
-            unit: Unit::Pps,
+            unit: SpeedUnit::Pps,
             top_speed: 0,
             device: PhantomData,
         })

@@ -1,11 +1,11 @@
 //! The poll of an axis in each millisecond: it follows the motor, guards it, advances a reference search, notices what
 //! has happened, and chooses the motor's current.
 //!
-//! Of a motor that moves the poll reads the position alone; the other reading of the millisecond is taken half a
-//! millisecond later, so that a poll has one datagram to a chip, and no more; or two short ones, to a chip that answers the
-//! first one with the second. Longer, and rare, is a poll that stops the motor, changes its current, or finds it held by a
-//! switch; and longer are those of a reference search: two readings each, and where a leg begins or the zero point is
-//! found the settings of the ramp generator, some ten datagrams in all.
+//! Of a motor that moves the poll reads the position alone. The other reading of the millisecond is taken half a
+//! millisecond later, so that a poll has one datagram to a chip, and no more. It has two short ones to a chip that
+//! answers the first one with the second. Longer, and rare, is a poll that stops the motor, changes its current, or
+//! finds it held by a switch. Those of a reference search are longer, too: two readings each. Where a leg begins or the
+//! zero point is found, the settings of the ramp generator are added, some ten datagrams in all.
 
 use super::Error;
 use super::axis::{Axis, Events};
@@ -16,12 +16,12 @@ use super::sensors::Sensors;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
-/// How much the speed of a motor that is held to a straight line may differ from its limit while it counts as turning at
-/// that speed, besides a 64th of it: the limit wavers, and the speed may have been read some milliseconds ago.
+/// How much the speed of a motor held to a straight line may differ from its limit while it counts as turning at that
+/// speed, besides a 64th of it. The limit wavers, and the speed may have been read some milliseconds ago.
 const WAVERING: u32 = 2;
 
-/// Microsteps in 16 ms, the time of [`Axis::correction`], of a motor that makes two in a millisecond: one that is faster is
-/// somewhere else in each poll.
+/// Microsteps in 16 ms, the time of [`Axis::correction`], of a motor that makes two in a millisecond: one that is
+/// faster is somewhere else in each poll.
 const BRISK: i32 = 2 * 16;
 
 impl<H: Hardware> Axis<H> {

@@ -267,7 +267,7 @@ axis_parameters! {
         SmartEnergySlowRunCurrent = excitation;
         /// 1: the chopper off time varies at random.
         RandomToffMode = driver;
-        /// Which switches a reference search goes to, and from which side (manual section 7.1).
+        /// The switches that a reference search goes to, and from which side (manual section 7.1).
         ReferenceSearchMode = plain;
         /// Current while the speed changes, in 1/255 of the module's full current; 0: none of its own.
         BoostCurrent = excitation;

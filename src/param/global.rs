@@ -28,8 +28,8 @@ functions! {
         CanReplyId,
         /// CAN identifier (11 bits) of requests.
         CanId,
-        /// 1: the EEPROM is locked, so that nothing but this parameter can be stored. Two numbers, 1234 and 4321, can be
-        /// written in place of 1 and 0.
+        /// 1: the EEPROM is locked, so that nothing but this parameter can be stored. Two numbers, 1234 and 4321, can
+        /// be written in place of 1 and 0.
         EepromLock,
         /// Pause before a reply on RS485, in milliseconds.
         TelegramPause,

@@ -1,4 +1,4 @@
-//! The interrupts of TMCL programs and the global parameters of bank 3, which configure them: the parameter of an
+//! The interrupts of TMCL programs and the global parameters of bank 3, which configure them. The parameter of an
 //! interrupt has the number of the interrupt (manual sections 3.6.6.1 and 5.4).
 
 use super::{ANY, Access, Row, Storage, Unit};
@@ -14,11 +14,11 @@ pub const TIMERS: u8 = 3;
 /// The parts of a module each of which has an interrupt of a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
-    /// One interrupt per timer.
+    /// An interrupt for each timer.
     Timer,
-    /// One interrupt per axis.
+    /// An interrupt for each axis.
     Axis,
-    /// One interrupt per digital input.
+    /// An interrupt for each digital input.
     Input,
 }
 

@@ -1,12 +1,12 @@
 //! Parameters: their functions, and the table with one row per parameter that each product has of them.
 //!
-//! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by the settings
-//! (which slot), by the documentation (`docs/parameters-*.md`) and by the tests. The function of a parameter is a
-//! variant of [`AxisParameter`] or [`GlobalParameter`]. The list of axis parameters says what reading and writing each
-//! of them takes, and the firmware matches exhaustively on those for which it does something special, and on all global
-//! parameters: so a function without behaviour does not compile. The number of a parameter belongs to the row, because
-//! the same number means different things on different products. Interrupts, and their parameters in bank 3, have the
-//! same numbers on all products.
+//! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, and by the
+//! settings (which slot). The documentation (`docs/parameters-*.md`) and the tests read it, too. The function of a
+//! parameter is a variant of [`AxisParameter`] or [`GlobalParameter`]. The list of axis parameters says what reading
+//! and writing each of them takes. The firmware matches exhaustively on those for which it does something special, and
+//! on all global parameters. So a function without behaviour does not compile. The number of a parameter belongs to the
+//! row, because the same number means different things on different products. Interrupts, and their parameters in bank
+//! 3, have the same numbers on all products.
 
 mod axis;
 mod global;
@@ -118,7 +118,7 @@ impl Unit {
     }
 }
 
-/// Who may change a parameter.
+/// The access to a parameter: who may change it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Hosts and programs may read the parameter with GAP or GGP.
@@ -246,7 +246,7 @@ impl<F: Copy + PartialEq> Table<F> {
 }
 
 /// Makes an enum of parameter functions, and the constructor of tables for it. The value of a setting is kept in an
-/// array of values, or of bytes if it is 0..=255 on all products; the value of a computed parameter is found when it is
+/// array of values, or of bytes if it is 0..=255 on all products. The value of a computed parameter is found when it is
 /// read.
 macro_rules! functions {
     (

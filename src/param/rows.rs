@@ -30,8 +30,9 @@ macro_rules! parameter_rows {
 }
 pub(crate) use crate::parameter_rows as rows;
 
-/// The rows of a product in terms of those of a sister, `of`: without the numbers in `without`, and with the rows that
-/// follow, which also take the place of rows with the same number. All of them are in the order of their numbers.
+/// The rows of a product in terms of those of a sister, `of`. They are without the numbers in `without`, and with the
+/// rows that follow, which also take the place of rows with the same number. All of them are in the order of their
+/// numbers.
 macro_rules! derived {
     ($functions:ident; of $of:expr, without $without:expr; $($with:tt)*) => {{
         use $crate::param::{count, merge, rows};

@@ -18,9 +18,9 @@ pub use tmcm3110::{TMCM_3110, Tmcm3110};
 pub use tmcm3212::{TMCM_3212, Tmcm3212};
 pub use tmcm6110::{TMCM_6110, Tmcm6110};
 
-/// Hands the list of all products with a TMCL firmware to the macro `$with`: of each the type, the `Spec`, and the chips
-/// that move its motors, by the name that the simulator has for them. The usual product is the first one, the others
-/// follow in the order of their numbers.
+/// Hands the list of all products with a TMCL firmware to the macro `$with`. Of each it hands on the type, the `Spec`,
+/// and the chips that move its motors, by the name that the simulator has for them. The usual product is the first one,
+/// the others follow in the order of their numbers.
 ///
 /// ```
 /// macro_rules! numbers {

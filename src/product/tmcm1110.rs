@@ -14,8 +14,8 @@ const NEWER_OF_AXIS: &[u8] = &[150, 200, 207, 215, 216, 217, 218];
 const NEWER: &[u8] = &[67, 87, 90, 255];
 
 /// Axis parameters (manual chapter 5). Parameters 12, 13, 141 and 149 stand in its section 5.3 alone, 184 in its first
-/// note; 197, and the modes 65..68 of 193, are here because existing host software uses them. Slots count from the first
-/// slot of the axis.
+/// note. Parameter 197, and the modes 65..68 of 193, are here because existing host software uses them. Slots count
+/// from the first slot of the axis.
 pub static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(derived! { AxisParameter;
     of tmcm1140::AXIS.rows, without NEWER_OF_AXIS;
     4 MaximumSpeed "maximum positioning speed" Internal &[(0, 2047)], ReadWrite OnCommand(0) 1000 "top speed of positioning ramps; 0: the motor stays where it is",
@@ -67,8 +67,8 @@ pub static TMCM_1110: Spec = Spec {
 
 const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 66, coordinates: 46 };
 
-/// The TMCM-1110 as a type. Which EEPROM it has is not published: in an AT25128 the 2048 commands of the firmware manual
-/// leave as much room for settings as on the TMCM-1140.
+/// The TMCM-1110 as a type. Which EEPROM it has is not published: in an AT25128 the 2048 commands of the firmware
+/// manual leave as much room for settings as on the TMCM-1140.
 #[derive(Clone, Copy, Debug)]
 pub struct Tmcm1110;
 

@@ -3,8 +3,8 @@
 use super::memory::{Array, Memory, Storing};
 use super::page;
 
-/// Whether the second of two copies is newer than the first, by their epochs and sequence numbers; a copy that is `None` is
-/// older than any.
+/// Whether the second of two copies is newer than the first, by their epochs and sequence numbers; a copy that is
+/// `None` is older than any.
 pub(super) fn second_is_newer(copies: [Option<(u16, u8)>; 2]) -> bool {
     match copies {
         [Some((epoch, one)), Some((other_epoch, other))] if epoch == other_epoch => page::follows(other, one),

@@ -1,5 +1,5 @@
-//! Storing all pages together, as [`Storing::Epochs`](super::Storing::Epochs) has it: a power cut at any moment leaves all the
-//! old values or all the new ones, and one bad copy loses nothing.
+//! Storing all pages together, as [`Storing::Epochs`](super::Storing::Epochs) has it: a power cut at any moment leaves
+//! all the old values or all the new ones, and one bad copy loses nothing.
 //!
 //! | what is written | epoch | then |
 //! |---|---|---|
@@ -7,12 +7,12 @@
 //! | a copy of each page in use, over the one that is not in force; the first page last | a new one | the new epoch is in force, and the store is confirmed |
 //! | the second copies, the first page first | the same | each page is there twice |
 //!
-//! At the start the newest epoch of the first page counts. It says how many pages belong to it, and each of them is there,
-//! once or twice. What is there once is written a second time.
+//! At the start the newest epoch of the first page counts. It says how many pages belong to it, and each of them is
+//! there, once or twice. What is there once is written a second time.
 
 use super::copies::bit;
 
-/// What is done next. Of two copies it is always the one that is written that is not in force.
+/// The step that is done next. Of two copies it is always the one that is written that is not in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Step {
@@ -28,8 +28,8 @@ pub(super) enum Step {
     Ask,
 }
 
-/// So many times the next step has been asked for, about once a millisecond, before an EEPROM that does not answer is asked
-/// again.
+/// So many times the next step has been asked for, about once a millisecond, before an EEPROM that does not answer is
+/// asked again.
 const AGAIN: u16 = 1_000;
 
 /// How far a store has come, and what was found at the start.
@@ -58,8 +58,8 @@ impl Epochs {
         Epochs { epoch, founded, first: 0, second: 0, under_way: Step::None, asked: 0, lost: 0, worn: false }
     }
 
-    /// Begins a store of these pages, the first one among them. Its epoch is that of no store before, also of none that has
-    /// failed: what is left of that must not count.
+    /// Begins a store of these pages, the first one among them. Its epoch is that of no store before, also of none that
+    /// has failed: what is left of that must not count.
     pub(super) const fn begin(&mut self, pages: u64) {
         (self.epoch, self.first, self.second) = (self.epoch.wrapping_add(1), pages, 0);
     }
@@ -74,7 +74,7 @@ impl Epochs {
         matches!(self.under_way, Step::None | Step::Second | Step::Ask)
     }
 
-    /// These pages are to be written a second time.
+    /// Has these pages written a second time.
     pub(super) const fn repeat(&mut self, pages: u64) {
         self.second = pages;
     }
@@ -103,7 +103,8 @@ impl Epochs {
         Step::Ask
     }
 
-    /// The step under way is done with this page, or could not be: then all of its kind are given up. Returns which it was.
+    /// The step under way is done with this page, or could not be: then all of its kind are given up. Returns which it
+    /// was.
     pub(super) const fn finish(&mut self, page: usize, done: bool) -> Step {
         let (step, others) = (self.under_way, !bit(page));
         self.under_way = Step::None;

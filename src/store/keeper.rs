@@ -12,7 +12,7 @@ use crate::units::Micros;
 /// The datasheet allows 5 ms for a page write; an EEPROM that is busy for four times as long counts as dead.
 const PATIENCE: Micros = Micros::from_millis(20);
 
-/// What an erased byte reads, and one that no part drives.
+/// The value that an erased byte reads, and one that no part drives.
 const ERASED: u8 = 0xFF;
 
 /// The EEPROM, with at most one page being written.
@@ -42,8 +42,8 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         loaded.unwrap_or_else(|| store.unreachable())
     }
 
-    /// Reads a page. Where an erased page stands for defaults that must not come into force by mistake, an EEPROM that has
-    /// fallen silent is told from an erased page: it has no status.
+    /// Reads a page. An erased page may stand for defaults that must not come into force by mistake. There an EEPROM
+    /// that has fallen silent is told from an erased page: it has no status.
     fn read<M: Memory>(&mut self, address: u16, page: &mut [u8]) -> Result<(), ()> {
         self.part.read(address, page).map_err(drop)?;
         let doubtful = matches!(M::LAYOUT.storing, Storing::Epochs { .. }) && page.iter().all(|byte| *byte == ERASED);

@@ -1,4 +1,4 @@
-//! What a product tells the store: the size of its EEPROM, how the EEPROM is divided, and the values in it.
+//! The facts that a product tells the store: the size of its EEPROM, how the EEPROM is divided, and the values in it.
 
 use core::fmt::Debug;
 
@@ -77,9 +77,10 @@ pub struct Layout {
 /// How a layout makes what was stored durable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storing {
-    /// Each page by itself, as soon as one of its values has changed: a value that is stored is durable after one write.
+    /// Each page by itself, as soon as one of its values has changed: a value that is stored is durable after one
+    /// write.
     Pages,
-    /// All pages in use together, in an epoch of their own that is in force with its last write, so that a power cut leaves
+    /// All pages in use together, in an epoch of their own that is in force with its last write. So a power cut leaves
     /// all the old values or all the new ones.
     Epochs {
         /// The slot for the number of pages that belong to the epoch. In it is 0 as long as nothing has been stored so.
@@ -112,7 +113,7 @@ impl<const N: usize> Array<Pair> for [Pair; N] {
     const LENGTH: usize = N;
 }
 
-/// What is known of the two copies of a settings page.
+/// The knowledge about the two copies of a settings page.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// Whether the second copy is the newer one, and the sequence number of the newer copy.
@@ -122,7 +123,8 @@ pub struct Pair {
     /// The page holds foreign bytes, or is empty although other pages show that it was written once. The first storing
     /// command formats the page by writing both copies.
     pub(super) unformatted: bool,
-    /// Epoch and sequence number of each copy as it was loaded, or formatted; `None` for a copy that was foreign or empty.
+    /// Epoch and sequence number of each copy as it was loaded, or formatted; `None` for a copy that was foreign or
+    /// empty.
     pub(super) found: [Option<(u16, u8)>; 2],
 }
 

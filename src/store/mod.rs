@@ -7,16 +7,16 @@
 //! pages of older epochs no longer count. A layout may have all its pages stored together instead, each of them twice
 //! ([`Storing`]): `epochs.rs` tells how.
 //!
-//! An EEPROM may come from a sister or from the module's other firmware, whose settings have another [`Layout`]. The first
-//! store takes it over, beginning with the first page of either layout: where both copies of a layout's first page are
-//! gone, none of its pages counts any more, so that a layout has all of its settings or its defaults. What the other
-//! layout has before the pages of this one is cleared first; programs stay.
+//! An EEPROM may come from a sister or from the module's other firmware, whose settings have another [`Layout`]. The
+//! first store takes it over, beginning with the first page of either layout. Where both copies of a layout's first
+//! page are gone, none of its pages counts any more, so that a layout has all of its settings or its defaults. What the
+//! other layout has before the pages of this one is cleared first; programs stay.
 //!
 //! The program exists in one copy. Two slots record whether the program is whole, and its check sum. These slots change
 //! before the first page of a download and after the last one, so that a download cut short is recognised.
 //!
 //! [`Store`] compares what is wanted with what is durable in the EEPROM and hands out page writes one at a time,
-//! without touching the chip; the [`Keeper`] carries the page writes out while the firmware goes on.
+//! without touching the chip. The [`Keeper`] carries the page writes out while the firmware goes on.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -35,7 +35,7 @@ pub use page::{Job, Page};
 use program::Program;
 use settings::{Ended, Settings};
 
-/// What was found in the EEPROM at start-up.
+/// The state in which the EEPROM was found at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadReport {
     /// Page copies that hold settings of this layout.
@@ -45,9 +45,10 @@ pub struct LoadReport {
     /// The EEPROM does not answer.
     pub unreachable: bool,
     /// Pages, one bit each, that belong to the settings in force and are gone, so that their values are unknown
-    /// ([`Storing::Epochs`]). Bit 0 is set if the first page is gone, which says how many there are: then all are unknown.
+    /// ([`Storing::Epochs`]). Bit 0 is set if the first page is gone, which says how many there are: then all are
+    /// unknown.
     pub lost: u64,
-    /// One of the two copies of a page is bad ([`Storing::Epochs`]): it is written again.
+    /// True if one of the two copies of a page is bad ([`Storing::Epochs`]): it is written again.
     pub worn: bool,
     /// The state of the stored program.
     pub program: Integrity,
@@ -56,10 +57,10 @@ pub struct LoadReport {
 /// Whether program memory holds a program that may run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrity {
-    /// There is no program.
+    /// No program is stored.
     #[default]
     Empty,
-    /// There is a program, downloaded to its end and with the recorded check sum.
+    /// A program is stored, downloaded to its end and with the recorded check sum.
     Whole,
     /// A download has not come to its end, or the check sum is wrong: the program must not run.
     Incomplete,
@@ -91,7 +92,7 @@ impl Integrity {
     }
 }
 
-/// What the store is doing with program memory.
+/// The work of the store on program memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Activity {
     Idle,
@@ -111,7 +112,7 @@ enum Activity {
     Erasing,
 }
 
-/// What must be durable before the reply to a storing command may be sent.
+/// The data that must be durable before the reply to a storing command may be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// The settings.
@@ -123,7 +124,7 @@ pub enum Need {
 /// The outcome of a page write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Finished {
-    /// What could not be written; every command that waits for it has failed.
+    /// The data that could not be written; every command that waits for it has failed.
     pub failed: Option<Need>,
     /// The EEPROM, which did not answer at start-up, does now ([`Storing::Epochs`]).
     pub answers: bool,
@@ -329,8 +330,8 @@ impl<M: Memory> Store<M> {
         self.settings.settled() && !(busy && need == Need::Program)
     }
 
-    /// True while a store is under way that comes into force with its last page ([`Storing::Epochs`]). No value may be set
-    /// before it has ended.
+    /// True while a store is under way that comes into force with its last page ([`Storing::Epochs`]). No value may be
+    /// set before it has ended.
     pub fn is_storing(&self) -> bool {
         self.settings.is_storing()
     }
@@ -361,9 +362,9 @@ impl<M: Memory> Store<M> {
         self.program.next_job(end)
     }
 
-    /// Reports that the page handed out last is durable (`written`), or could not be written. After a failed write of
-    /// a settings page all wanted values go back to the durable ones, so that a host never reads a value as stored
-    /// that is lost at power-off.
+    /// Reports that the page handed out last is durable (`written`), or could not be written. After a failed write of a
+    /// settings page all wanted values go back to the durable ones. So a host never reads a value as stored that is
+    /// lost at power-off.
     pub fn finish(&mut self, written: bool) -> Finished {
         let failed = if self.program.finish(written) {
             (!written).then_some(Need::Program)

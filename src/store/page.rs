@@ -8,9 +8,9 @@
 //!        +-------+------+-------+----------+-----+-----------+--------+
 //! ```
 //!
-//! The slots are those of this page, counted from its first one; a page of 64 bytes has n = 14 of them. The CRC is that of
-//! Ethernet (CRC-32/ISO-HDLC), over the tag of the layout, which is not in the page, and all bytes before the CRC. A page
-//! whose bytes are all FFh is erased.
+//! The slots are those of this page, counted from its first one; a page of 64 bytes has n = 14 of them. The CRC is that
+//! of Ethernet (CRC-32/ISO-HDLC), over the tag of the layout, which is not in the page, and all bytes before the CRC. A
+//! page whose bytes are all FFh is erased.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
@@ -22,7 +22,7 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 /// The bytes of a page of the EEPROM.
 pub type Page = Vec<u8, LONGEST_PAGE>;
 
-/// One page to be written.
+/// A page to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
     /// Address of the page's first byte in the EEPROM.

@@ -10,7 +10,7 @@ use super::page::{Job, Page};
 /// Words of a set of pages: one bit a page, 32 bits a word.
 const WORDS: usize = PROGRAM_PAGES / 32;
 
-/// This CRC has neither a start value nor a final inversion, so the check sum of a page of zeros is 0.
+/// A CRC with neither a start value nor a final inversion, so the check sum of a page of zeros is 0.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_AIXM);
 
 /// Program memory, and which of its pages are still to be written.
@@ -161,8 +161,8 @@ fn set(words: &mut [u32; WORDS], index: usize, on: bool) -> bool {
 mod tests {
     use super::*;
 
-    /// The check value of CRC-32/AIXM, that of the nine digits, is 3010BF7Fh; the first page counts once, each further one two
-    /// times more. EEPROMs in the field have sums that were made so.
+    /// The check value of CRC-32/AIXM, that of the nine digits, is 3010BF7Fh; the first page counts once, each further
+    /// one two times more. EEPROMs in the field have sums that were made so.
     #[test]
     fn pages_have_their_shares_of_the_check_sum() {
         const DIGITS: u32 = 0x3010_BF7F;

@@ -24,9 +24,9 @@ pub(super) struct Settings<M: Memory> {
     strange: u8,
     /// Of the first two of these pages the second is to be cleared first.
     second_first: bool,
-    /// These pages are to be cleared now. As long as there are any, nothing else is written.
+    /// True if the pages before the settings are to be cleared now. As long as there are any, nothing else is written.
     clearing: bool,
-    /// What is known of pages that are stored together.
+    /// The knowledge about pages that are stored together.
     pub(super) epochs: Epochs,
     in_flight: Option<Flight>,
     /// The EEPROM does not answer, so that its values are unknown: a value set counts as not durable even if it is
@@ -43,12 +43,12 @@ struct Flight {
     image: page::Page,
 }
 
-/// What has ended.
+/// The work that has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ended {
     /// The write of values that are to be stored.
     Values,
-    /// That of a second copy.
+    /// The write of a second copy.
     Spare,
     /// The question whether the EEPROM answers.
     Question,
@@ -58,8 +58,8 @@ pub(super) enum Ended {
 /// settings back.
 const BOTH: u8 = 2;
 
-/// What the bytes of a page become that is cleared: not those of an erased EEPROM, so that it does not look like a page that
-/// has never been written.
+/// The value that the bytes of a page get when it is cleared. An erased EEPROM has another one, so the page does not
+/// look like one that has never been written.
 const CLEARED: u8 = 0;
 
 impl<M: Memory> Settings<M> {
@@ -125,8 +125,8 @@ impl<M: Memory> Settings<M> {
                 }
             }
             pair.unformatted &= !formatted;
-            // Of two copies that are another layout's the older one is written first: until the newer one is gone, too, that
-            // layout has its settings.
+            // Of two copies that are another layout's the older one is written first: until the newer one is gone, too,
+            // that layout has its settings.
             pair.newest.0 = !formatted && second_is_newer(heads);
             lost |= index == 0 && !formatted && heads.iter().all(Option::is_some);
         }
@@ -163,7 +163,8 @@ impl<M: Memory> Settings<M> {
         Ok(report)
     }
 
-    /// Looks whether each page of the epoch in force is there, twice. `bad` are the pages of which a copy is no page at all.
+    /// Looks whether each page of the epoch in force is there, twice. `bad` are the pages of which a copy is no page at
+    /// all.
     fn count_copies(&mut self, slot: usize, bad: u64) {
         let pages = usize::try_from(self.get(slot).unwrap_or_default()).unwrap_or_default();
         let mut single = 0;
@@ -205,9 +206,9 @@ impl<M: Memory> Settings<M> {
     }
 
     /// The epoch that counts, found from the copies that were loaded. The first page decides, because every factory
-    /// reset writes it; another page may be so many epochs old that its wrapped number looks newer. If the first page is
-    /// `lost`, because both copies hold something else, the others do not count: another layout has taken the place, or
-    /// what is left would be old settings among defaults.
+    /// reset writes it; another page may be so many epochs old that its wrapped number looks newer. If the first page
+    /// is `lost`, because both copies hold something else, the others do not count. Another layout has taken the place,
+    /// or what is left would be old settings among defaults.
     fn find_epoch(&mut self, lost: bool) -> u16 {
         let epochs = |pairs: &[Pair]| {
             let epochs = pairs.iter().flat_map(|pair| pair.found).flatten().map(|(epoch, _)| epoch);
@@ -293,9 +294,9 @@ impl<M: Memory> Settings<M> {
         self.format();
     }
 
-    /// Orders both copies of each unformatted page to be written, after what another layout has left before the settings
-    /// is cleared. Where that layout may have its first page, and where this one has it, no copy may stay another's, for
-    /// settings would count with it of which the others are gone.
+    /// Orders both copies of each unformatted page to be written, after what another layout has left before the
+    /// settings is cleared. Where that layout may have its first page, and where this one has it, no copy may stay
+    /// another's. Else settings would count with it of which the others are gone.
     fn format(&mut self) {
         self.clearing = self.strange > 0;
         let strangers = self.clearing || self.pairs.as_ref().iter().any(|pair| pair.unformatted);
@@ -422,8 +423,8 @@ impl<M: Memory> Settings<M> {
         Job { address: Self::beyond(number), page }
     }
 
-    /// Reports that the page handed out last is durable (`written`). If it could not be written, and had values that are to
-    /// be stored, all wanted values go back to the durable ones.
+    /// Reports that the page handed out last is durable (`written`). If it could not be written, and had values that
+    /// are to be stored, all wanted values go back to the durable ones.
     pub(super) fn finish(&mut self, written: bool) -> Ended {
         let Some(Flight { page, epoch, image }) = self.in_flight.take() else { return Ended::Values };
         if Self::TWICE {
@@ -432,7 +433,8 @@ impl<M: Memory> Settings<M> {
         if !written {
             self.revert();
             let pairs = self.pairs.as_mut();
-            // A factory reset that has not come to its end is the first that the next store writes: the values here are its.
+            // A factory reset that has not come to its end is the first that the next store writes: the values here are
+            // its.
             if let Some(first) = pairs.first_mut() {
                 first.unformatted |= first.forced > 0;
             }

@@ -304,9 +304,9 @@ fn a_reset_erases_the_program_only_if_asked_to_and_a_slot_tells_when() {
     assert_eq!((erased[0].0, store.get(13)), (Some(1), Some(2)));
 }
 
-/// A page that could not be written is as it was, and so are the others: the next store writes the page of its value alone.
-/// Only a factory reset that has failed, with its first page write or its second one, is made up for: by both copies of the
-/// first page.
+/// A page that could not be written is as it was, and so are the others: the next store writes the page of its value
+/// alone. Only a factory reset that has failed, with its first page write or its second one, is made up for: by both
+/// copies of the first page.
 #[test]
 fn a_failed_write_orders_no_other_pages() {
     for (reset, written) in [(false, 0), (true, 0), (true, 1)] {
@@ -356,8 +356,8 @@ fn a_store_is_idle_while_it_has_nothing_to_do() {
     assert!(store.is_idle());
 }
 
-/// Numbers wrap, and are later than those that they are less than half of the range ahead of: of two that are half of it apart
-/// none is.
+/// Numbers wrap, and are later than those that they are less than half of the range ahead of: of two that are half of
+/// it apart none is.
 #[test]
 fn numbers_that_wrap_are_later_by_less_than_half_their_range() {
     for from in [0, 1, 0x7FFF, 0x8000, 0xFFFF_u16] {
@@ -402,7 +402,8 @@ fn a_store_that_forgets_is_as_with_a_fresh_part() {
     assert!(store.is_idle() && store.next_job().is_none());
 }
 
-/// An EEPROM as that of `Middle`, with four settings pages less: the eight copies that `Middle` has before these are cleared.
+/// An EEPROM as that of `Middle`, with four settings pages less: the eight copies that `Middle` has before these are
+/// cleared.
 #[derive(Debug)]
 struct Narrow;
 
@@ -415,8 +416,8 @@ impl Memory for Narrow {
     type Pairs = [Pair; 32];
 }
 
-/// What another layout has before the settings is cleared before the first of them is written. Where that has failed on the
-/// way, the next store clears what is left.
+/// The contents of another layout in front of the settings are cleared before the first of the settings is written.
+/// Where that has failed on the way, the next store clears what is left.
 #[test]
 fn clearing_that_has_failed_goes_on_with_the_next_store() {
     let mut part = Part::<Middle>::fresh();

@@ -3,9 +3,9 @@
 //! A line starts with the address character and ends with CR: `AGAP 0, 1`. [`Editor`] makes lines out of
 //! characters and gives the echo; [`Line::parse`] decodes a line; [`encode_reply`] writes the reply to it.
 //!
-//! Where the manual leaves the behaviour open: BIN is answered, as text, because it was sent as text; RUN and STOP are
-//! commands 129 and 128; a line with a command number in place of the mnemonic is refused; the reply to a line that
-//! cannot be read has the value 0.
+//! Where the manual leaves the behaviour open, it is as follows. BIN is answered, as text, because it was sent as text.
+//! RUN and STOP are commands 129 and 128. A line with a command number in place of the mnemonic is refused. The reply
+//! to a line that cannot be read has the value 0.
 
 use core::fmt::Write;
 
@@ -32,7 +32,7 @@ pub const fn letter(address: u8) -> u8 {
 }
 
 /// True when a character addresses a module with one of these two addresses; 0 stands for no address. Addresses 1 to 26
-/// also accept their letter in lower case, which is the character of the address 32 higher: on a bus with modules of
+/// also accept their letter in lower case, which is the character of the address 32 higher. On a bus with modules of
 /// both addresses a host has to use the upper-case letter.
 fn addresses(character: u8, addresses: [u8; 2]) -> bool {
     let mut letters = addresses.into_iter().filter(|address| *address != 0).map(letter);
@@ -87,8 +87,9 @@ impl Line {
     }
 }
 
-/// The refusal of a line that cannot be read: status 2 for an unknown command, 6 for a command that the ASCII command
-/// line does not have, 3 for a wrong type, 4 for a wrong motor, bank or value, and for an operand too many.
+/// The refusal of a line that cannot be read. Its status is 2 for an unknown command, 6 for a command that the ASCII
+/// command line does not have, 3 for a wrong type. It is 4 for a wrong motor, bank or value, and for an operand too
+/// many.
 fn wrong(error: &Error<'_>) -> Line {
     let (instruction, field) = match *error {
         Error::Empty | Error::UnknownMnemonic(_) => return Line::UNKNOWN,
@@ -129,7 +130,7 @@ fn is_reply(text: &[u8]) -> bool {
     digits(status) && digits(value.strip_prefix(b"-").unwrap_or(value))
 }
 
-/// What a module echoes: bits 4 and 5 of global parameter 67 (manual section 3.4.4).
+/// The echo of a module: bits 4 and 5 of global parameter 67 (manual section 3.4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Echo {
     /// Each character as it arrives.

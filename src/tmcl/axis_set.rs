@@ -1,4 +1,5 @@
-//! The motor field of MVP COORD on a product with several axes (TMCL reference 2.22, section 3.4): the axes that it means.
+//! The motor field of MVP COORD on a product with several axes (TMCL reference 2.22, section 3.4): the axes that it
+//! means.
 
 use super::ALL_AXES;
 
@@ -23,9 +24,9 @@ pub struct AxisSet {
 }
 
 impl AxisSet {
-    /// The axes that a motor field means on a product with so many axes: one by its number, several by their bits, or all by
-    /// [`ALL_AXES`]. `None` if it means no axis, one that does not exist, or more than three on a straight line; and with
-    /// both bits 6 and 7.
+    /// The axes that a motor field means on a product with so many axes: one by its number, several by their bits, or
+    /// all by [`ALL_AXES`]. `None` if it means no axis, one that does not exist, or more than three on a straight line;
+    /// and with both bits 6 and 7.
     pub const fn of(motor: u8, axes: u8) -> Option<Self> {
         let all = !u8::MAX.unbounded_shl(axes as u32);
         if motor < axes {

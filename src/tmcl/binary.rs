@@ -27,8 +27,8 @@ fn sum(head: u32, value: u32) -> u8 {
     sums.wrapping_add(sums >> 16) as u8
 }
 
-/// The telegram of two words, the first of which begins with the address, with its checksum. It is written word by word,
-/// because time is short before a reply.
+/// The telegram of two words, the first of which begins with the address, with its checksum. It is written word by
+/// word, because time is short before a reply.
 #[inline(always)]
 fn telegram(head: u32, value: u32) -> Telegram {
     let mut telegram = [0; TELEGRAM];
@@ -146,8 +146,8 @@ impl Framer {
         Framer { last: Micros(0), length: 0, sum: 0, check: 0, head: 0, value: 0 }
     }
 
-    /// Takes one byte that arrived at the time `at`. True if it completes a telegram, which stays in the framer until the
-    /// next byte.
+    /// Takes one byte that arrived at the time `at`. True if it completes a telegram, which stays in the framer until
+    /// the next byte.
     #[inline(always)]
     pub fn push(&mut self, byte: u8, at: Micros) -> bool {
         if at.0.wrapping_sub(self.last.0) > Self::GAP.0 || self.length >= TELEGRAM as u8 {

@@ -1,6 +1,6 @@
 //! A TMCL command: seven bytes in a telegram and in program memory (manual section 3.1).
 
-/// One command as it is sent. Any number is possible, because a command with an unknown number must be answered, stored
+/// A command as it is sent. Any number is possible, because a command with an unknown number must be answered, stored
 /// and shown unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {

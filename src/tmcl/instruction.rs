@@ -37,7 +37,7 @@ pub const ALL_AXES: u8 = 255;
 /// Value that commands 137 (factory settings) and 255 (software reset) need, as a safeguard.
 pub const CONFIRMATION: i32 = 1234;
 
-/// One row of the instruction table.
+/// A row of the instruction table.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Instruction {
     /// Command number.
@@ -60,7 +60,8 @@ pub struct Instruction {
 
 const MVP: &[&str] = &["ABS", "REL", "COORD"];
 const RFS: &[&str] = &["START", "STOP", "STATUS"];
-/// The kind of RFS that asks for the status of a reference search; the other two begin and end one (manual section 3.7.11).
+/// The kind of RFS that asks for the status of a reference search; the other two begin and end one (manual section
+/// 3.7.11).
 pub const SEARCH_STATUS: u8 = 2;
 const CALC: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"];
 const CALCX: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD", "SWAP"];

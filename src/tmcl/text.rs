@@ -14,7 +14,7 @@ pub enum Error<'a> {
     UnknownMnemonic(&'a str),
     /// The operand for this field is missing.
     Missing(&'static Instruction, Field),
-    /// This operand is one too many.
+    /// The operand is one too many.
     Unexpected(&'static Instruction, &'a str),
     /// The operand for this field is neither a number nor a name that the command knows.
     BadOperand(&'static Instruction, Field, &'a str),
@@ -115,7 +115,7 @@ impl fmt::Display for Command {
 }
 
 /// Reads one command. Operands are separated by commas, with any spaces around them; a comma right after the mnemonic
-/// is tolerated. A motor at the end may be left out (`MST` means `MST 0`), and the 0 that the manual prints behind the
+/// is tolerated. A motor at the end may be left out (`MST` means `MST 0`). The 0 that the manual prints behind the
 /// operands of some commands may be written (`STAP 4, 0, 0`). A user function takes up to three operands. Numbers are
 /// decimal, or hexadecimal after `$` or `0x`. A line may also have the command number in place of the mnemonic,
 /// followed by up to three numbers for type, motor and value; numbers left out are 0.

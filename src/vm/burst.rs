@@ -1,5 +1,5 @@
-//! The commands that need no more than the interpreter's registers, the program and the user variables: arithmetic,
-//! jumps and calls (manual sections 3.7.16 to 3.7.21, 3.7.28), and GGP, SGP and AGP of user variables.
+//! The commands that need no more than the interpreter's registers, the program and the user variables. They are
+//! arithmetic, jumps and calls (manual sections 3.7.16 to 3.7.21, 3.7.28), and GGP, SGP and AGP of user variables.
 //!
 //! They are executed in bursts, one after the other, with the registers in local variables: nothing outside the
 //! interpreter can see or change anything between two of them. A command by itself is a burst of one.
@@ -29,11 +29,11 @@ pub const fn is_brief(opcode: u8) -> bool {
 }
 
 impl Machine {
-    /// Executes commands from the present one on: at most `most` of them, and only one if a handler may begin after it or
-    /// a host steps through the program. It ends before a command that needs more than registers, `program` and
-    /// `variables`, and where the program ends. `executed` is told of each command: its address, the status with which it
-    /// was refused, and the registers after it. Returns how many there were; 0 if the present command is none of these.
-    /// To be called while the program is busy and does not wait.
+    /// Executes commands from the present one on: at most `most` of them, and only one if a handler may begin after it
+    /// or a host steps through the program. It ends before a command that needs more than registers, `program` and
+    /// `variables`, and where the program ends. `executed` is told of each command: its address, the status with which
+    /// it was refused, and the registers after it. Returns how many there were; 0 if the present command is none of
+    /// these. To be called while the program is busy and does not wait.
     #[inline(always)]
     pub fn burst(
         &mut self,

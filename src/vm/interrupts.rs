@@ -13,8 +13,8 @@ const NUMBERS: usize = 64;
 const RISING: i32 = 1;
 const FALLING: i32 = 2;
 
-/// What the module hands to the interrupts each millisecond, as bits by interrupt number: events of the last
-/// millisecond, and the present levels of inputs and stop switches, whose edges raise interrupts.
+/// The signals that the module hands to the interrupts each millisecond, as bits by interrupt number. They are events
+/// of the last millisecond, and the present levels of inputs and stop switches, whose edges raise interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
     events: u64,
@@ -152,8 +152,8 @@ impl Interrupts {
         self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
     }
 
-    /// The time at which the next timer raises its interrupt, if inputs and events raise none before; `None` if a timer is
-    /// to be started or stopped, or an interrupt is wanted now.
+    /// The time at which the next timer raises its interrupt, if inputs and events raise none before; `None` if a timer
+    /// is to be started or stopped, or an interrupt is wanted now.
     pub(super) fn calm_until(&self) -> Option<Micros> {
         if self.wanted() {
             return None;

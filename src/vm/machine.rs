@@ -1,5 +1,5 @@
-//! The interpreter's state, and the commands that change the course of the program: WAIT, STOP and RETI (manual sections
-//! 3.7.22, 3.7.23, 3.7.35). Run, step, stop and reset of the program are here, too.
+//! The interpreter's state, and the commands that change the course of the program: WAIT, STOP and RETI (manual
+//! sections 3.7.22, 3.7.23, 3.7.35). Run, step, stop and reset of the program are here, too.
 
 use heapless::Vec;
 
@@ -123,9 +123,9 @@ impl Machine {
         self.counter
     }
 
-    /// Command 135: with type 0 the state of the program, whether it waits, and `loaded`, the address to which the next
-    /// command of a download goes; with type 1 the program counter in its place; with types 2 and 3 accumulator and X
-    /// register. `None` for other types.
+    /// Command 135. With type 0 it gives the state of the program, whether it waits, and `loaded`, the address to which
+    /// the next command of a download goes. With type 1 it gives the program counter in place of `loaded`; with types 2
+    /// and 3 accumulator and X register. `None` for other types.
     pub fn status(&self, kind: u8, loaded: u16) -> Option<i32> {
         let pointer = match kind {
             0 => loaded,
@@ -141,7 +141,7 @@ impl Machine {
         Some(i32::from_be_bytes([self.state as u8, u8::from(waits), high, low]))
     }
 
-    /// What the program waits for before the next command; `None` while the program does not wait.
+    /// The condition that the program waits for before the next command; `None` while the program does not wait.
     pub const fn wait(&self) -> Option<Wait> {
         self.wait
     }
@@ -164,8 +164,8 @@ impl Machine {
         matches!(self.state, ProgramState::Run) || self.stepping
     }
 
-    /// The time before which a program that waits, or that does not run, does nothing by itself: only an event of an axis or
-    /// an input can end its wait before. `None` while it has something to do.
+    /// The time before which a program that waits, or that does not run, does nothing by itself. Only an event of an
+    /// axis or an input can end its wait before. `None` while it has something to do.
     pub fn calm_until(&self) -> Option<Micros> {
         match self.wait {
             _ if !self.runs() => Some(Micros(u64::MAX)),
@@ -183,8 +183,9 @@ impl Machine {
         self.interrupted.is_some()
     }
 
-    /// True if another command may not follow the present one at once: a host steps through the program, or an interrupt
-    /// is pending and no handler runs. While this is false only a new millisecond or a command can make it true.
+    /// True if another command may not follow the present one at once: a host steps through the program, or an
+    /// interrupt is pending and no handler runs. While this is false only a new millisecond or a command can make it
+    /// true.
     #[inline]
     pub(super) const fn may_be_interrupted(&self) -> bool {
         self.stepping || self.interrupted.is_none() && self.interrupts.wanted()

@@ -6,8 +6,8 @@
 //! * `machine` - program counter, call stack, run and stop, WAIT
 //! * `burst` - arithmetic, jumps, calls and user variables: commands that are executed many in one call
 //!
-//! No function in here waits for time to pass: the caller passes the time in, and says how many commands may be executed
-//! in one call.
+//! No function in here waits for time to pass: the caller passes the time in, and says how many commands may be
+//! executed in one call.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 

@@ -1,5 +1,5 @@
-//! Does natively what a page does with a virtual module: reads a list of steps from standard input, and prints what comes of
-//! each. A test compares that with what comes of them in a browser, byte by byte.
+//! Does natively what a page does with a virtual module: reads a list of steps from standard input, and prints what
+//! comes of each. A test compares that with what comes of them in a browser, byte by byte.
 
 use std::cell::Cell;
 use std::io::Read;

@@ -1,8 +1,8 @@
-//! What the page calls, and what is called of it. This is the only file with `unsafe`.
+//! Functions that the page calls, and functions of the page that are called here. This is the only file with `unsafe`.
 //!
-//! What is asked goes into a buffer of this instance as JSON, and a door is told how long it is; what it gives is the length of
-//! the answer, which stands in another buffer. A door that waits for the page is suspended by the browser, and no other job is
-//! begun meanwhile: what is read then ([`progress`]) touches nothing of it.
+//! What is asked goes into a buffer of this instance as JSON, and a door is told how long it is. The door gives the
+//! length of the answer, which stands in another buffer. A door that waits for the page is suspended by the browser,
+//! and no other job is begun meanwhile: what is read then ([`progress`]) touches nothing of it.
 //!
 //! A library on top of this one has these doors, too, and makes more of them by the macro [`doors!`](crate::doors!).
 
@@ -24,13 +24,13 @@ use crate::types::{Answer, Module, Nothing, Progress};
 use crate::virtual_module::Virtual;
 use crate::{language, parameters, scope, session, status, stop, tools, world};
 
-/// What a door gives.
+/// The result of a door.
 pub type Given<T> = Result<T, Failure>;
 
 thread_local! {
-    /// What is asked.
+    /// The bytes of what is asked.
     static ASKED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
-    /// What is answered.
+    /// The bytes of the answer.
     static ANSWERED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
     /// Words and place of the panic that has ended this instance.
     static PANICKED: RefCell<String> = const { RefCell::new(String::new()) };
@@ -43,7 +43,7 @@ thread_local! {
     static IS_READY: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What is called of the page.
+/// The functions of the page that are called here.
 const CALLS: Calls = Calls {
     exchange: imports::exchange,
     pause: imports::pause,
@@ -160,9 +160,9 @@ doors! {
     virtual_start: |start| Virtual::start(&start, time()).map(put_virtual).map_err(Failure::Failed);
     /// Starts a virtual module to which is done what was done to another one.
     virtual_play: |play| Virtual::play(&play, time()).map(put_virtual).map_err(Failure::Failed);
-    /// What the virtual module was when it began, and what has been done to it since.
+    /// The virtual module as it was when it began, and what has been done to it since.
     virtual_done: |Nothing {}| with_virtual(|module| module.done())?.map_err(Failure::Failed);
-    /// What the EEPROM of the virtual module has.
+    /// The contents of the EEPROM of the virtual module.
     virtual_eeprom: |Nothing {}| with_virtual(|module| module.eeprom());
     /// Reads the text of a session, and checks all of it.
     session_read: |text| session::read(&text).map_err(Failure::Failed);
@@ -178,9 +178,9 @@ doors! {
     virtual_look: |watched| with_virtual(|module| module.look(&watched));
     /// The same, and how its time goes.
     virtual_see: |watched| with_virtual(|module| module.see(&watched, time()));
-    /// What is wrong with the text of a world, and where.
+    /// Tells what is wrong with the text of a world, and where.
     world_check: |text| world::check(&text).map_err(Failure::Failed);
-    /// What there is to be touched and drawn in a world.
+    /// Tells what there is to be touched and drawn in a world.
     world_offers: |start| world::offers(&start).map_err(Failure::Failed);
     /// Makes a row of values of the virtual module at each of its milliseconds from now on.
     virtual_watch: |watched| with_virtual(|module| module.watch(&watched));
@@ -192,11 +192,11 @@ doors! {
     serial_give_up: |nothing| Ok(SERIAL.with_borrow_mut(|port| port.give_up(nothing)));
     /// The lines of an exchange in the log of a link.
     log_note: |exchanged| Ok(LOG.with_borrow_mut(|log| log.note(&exchanged)));
-    /// What stops a module.
+    /// The requests that stop a module.
     stop_requests: |axes| Ok(stop::requests(&axes));
-    /// What a link has to know of a request.
+    /// Tells what a link has to know of a request.
     stop_noted: |moved| Ok(stop::noted(&moved));
-    /// What is left to be sent after a request that stops something.
+    /// Tells what is left to be sent after a request that stops something.
     stop_left: |read| Ok(stop::left(&read));
     /// The curves that a module has.
     scope_offers: |curves| Ok(scope::offers(&curves));
@@ -207,7 +207,7 @@ doors! {
     };
     /// Curves of requests.
     scope_requests: |shown| Ok(scope::of_requests(&shown));
-    /// What is always shown of each axis.
+    /// The curves that are always shown of each axis.
     scope_axes: |axes| Ok(scope::axes_of(&axes));
     /// The value of a reply.
     scope_value: |read| Ok(scope::value(&read));
@@ -222,7 +222,7 @@ doors! {
     tools_send: |line| with_tools(|tools| tools.send(&line));
     /// Reads all settings.
     tools_settings: |nothing| with_tools(|tools| tools.settings(nothing, &mut note));
-    /// What the module has where a program is to go.
+    /// Tells what the module has where a program is to go.
     program_in_the_way: |program| with_tools(|tools| tools.in_the_way(&program, &mut note));
     /// Assembles a program, loads it, and gives it to the debugger.
     program_load: |load| with_tools(|tools| tools.load(&load, &mut note));
@@ -230,15 +230,15 @@ doors! {
     program_attach: |program| with_tools(|tools| tools.attach(&program, &mut note));
     /// Carries a line of the debugger out.
     program_debug: |line| with_tools(|tools| tools.act(&line, &mut note));
-    /// What there is to be seen of the program that is debugged.
+    /// Tells what there is to be seen of the program that is debugged.
     program_see: |nothing| with_tools(|tools| tools.see(nothing));
     /// Runs the program in the module, stops it, or brings it back to its beginning.
     program_control: |control| with_tools(|tools| tools.control(control));
     /// The program in the module, as a text.
     program_read: |nothing| with_tools(|tools| tools.read_back(nothing, &mut note));
-    /// What there is to be read of inputs, outputs and axes, and how outputs are switched.
+    /// The requests that read inputs, outputs and axes, and those that switch outputs.
     status_requests: |axes| Ok(status::requests(&axes));
-    /// What there is to say of an axis.
+    /// The statements about an axis.
     status_words: |values| Ok(status::words(&values));
     /// Values of inputs and outputs as they are shown.
     status_readings: |read| Ok(status::readings(&read));
@@ -246,21 +246,21 @@ doors! {
     status_errors: |of| with_tools(|tools| tools.status_errors(&of));
     /// The parts of a text, its mistakes, and what it has.
     text_check: |asked| language::check(asked).map_err(Failure::Failed);
-    /// What can be written at a place in a text.
+    /// Tells what can be written at a place in a text.
     text_complete: |asked| language::complete(asked).map_err(Failure::Failed);
-    /// What stands at a place in a text.
+    /// Tells what stands at a place in a text.
     text_explain: |asked| language::explain(asked).map_err(Failure::Failed);
-    /// What can be written at a place in a line of direct mode.
+    /// Tells what can be written at a place in a line of direct mode.
     line_complete: |asked| Ok(language::complete_line(&asked));
     /// The tables of a product's parameters.
     parameters: |of| Ok(parameters::tables(&of));
-    /// What is in a file of parameters.
+    /// The contents of a file of parameters.
     parameters_file: |file| parameters::file(&file);
-    /// What storing parameters takes.
+    /// Tells what storing parameters takes.
     parameters_writes: |store| Ok(parameters::words::writes(&store));
-    /// What has to be known before parameters are written.
+    /// Tells what has to be known before parameters are written.
     parameters_automatic: |to| Ok(parameters::words::automatic(&to));
-    /// What has to be known before a line of direct mode is sent.
+    /// Tells what has to be known before a line of direct mode is sent.
     parameters_typed: |line| Ok(parameters::words::typed(&line));
     /// Values of parameters as they are shown.
     parameters_units: |show| parameters::texts(&show);
@@ -293,7 +293,8 @@ pub extern "C" fn answer() -> *const u8 {
     ANSWERED.with_borrow(|answered| answered.as_ptr())
 }
 
-/// The length of the words and the place of the panic that has ended this instance, where [`answer`] tells; 0 if none has.
+/// The length of the words and the place of the panic that has ended this instance, where [`answer`] tells; 0 if none
+/// has.
 #[unsafe(no_mangle)]
 pub extern "C" fn panicked() -> usize {
     let words = PANICKED.with_borrow(Clone::clone);
@@ -303,7 +304,7 @@ pub extern "C" fn panicked() -> usize {
     })
 }
 
-/// What is called of the page: those of `Wire` and `Stop`, and no other.
+/// The functions of the page that are called here: those of `Wire` and `Stop`, and no other.
 #[cfg(target_arch = "wasm32")]
 mod imports {
     use std::time::Duration;
@@ -328,7 +329,7 @@ mod imports {
         unsafe extern "C" {
             /// Waits for so many milliseconds, or until it has been asked to end; then not 0.
             pub(super) safe fn within(time: f64) -> u32;
-            /// What has been asked so far does not count any more.
+            /// Forgets what has been asked so far: it does not count any more.
             pub(super) safe fn forget();
         }
     }

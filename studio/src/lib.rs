@@ -1,8 +1,9 @@
 //! The tools and virtual modules for a page in a browser, as WebAssembly without any imports but those of
 //! [`Wire`](tmcl_tools::wire::Wire) and [`Stop`](tmcl_tools::stop::Stop).
 //!
-//! The page has instances of this in workers: one for each link, which has a virtual module or the framing of a serial port, and
-//! one for the tools, which reach a link by their wire. What goes through the doors is JSON, with the types of [`types`].
+//! The page has instances of this in workers: one for each link, and one for the tools. That of a link has a virtual
+//! module or the framing of a serial port. The tools reach a link by their wire. What goes through the doors is JSON,
+//! with the types of [`types`].
 //!
 //! * [`mod@doors`] - what the page calls, and what is called of it; the only file with `unsafe`
 //! * [`types`] - what is asked, and what is told

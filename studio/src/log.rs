@@ -17,11 +17,11 @@ pub struct Exchanged {
     pub product: Option<String>,
     /// Whether the module is a virtual one of the page.
     pub is_virtual: bool,
-    /// What was asked; null for what came without being asked for.
+    /// The request; null for what came without being asked for.
     pub request: Option<Request>,
     /// When, in milliseconds.
     pub begun: f64,
-    /// What has become of it.
+    /// The outcome of the exchange.
     pub outcome: Outcome,
     /// When it was over.
     pub ended: f64,

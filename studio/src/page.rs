@@ -12,7 +12,7 @@ use crate::types::{Exchange, Outcome, Request};
 /// Longest wait for a reply, unless another one is set.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// What is called of the page.
+/// The functions of the page that are called.
 #[derive(Clone, Copy, Debug)]
 pub struct Calls {
     /// Sends a request, an [`Exchange`] as JSON, and gives its [`Outcome`] as JSON.
@@ -23,7 +23,7 @@ pub struct Calls {
     pub time: fn() -> Duration,
     /// Waits for so long, or until it has been asked to end; then true.
     pub within: fn(Duration) -> bool,
-    /// What has been asked so far does not count any more.
+    /// Forgets what has been asked so far: it does not count any more.
     pub forget: fn(),
 }
 

@@ -22,7 +22,7 @@ use crate::types::{Line, Nothing, Text};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NamedText {
-    /// Its name, by which others include it.
+    /// The name of the text, by which others include it.
     pub name: String,
     /// The text.
     pub text: String,
@@ -52,15 +52,15 @@ pub struct Load {
     pub autostart: bool,
 }
 
-/// What a program in the module is to do.
+/// An order to a program in the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Control {
-    /// That.
+    /// The order.
     pub what: What,
 }
 
-/// What a program can do.
+/// The orders that a program can be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum What {
@@ -72,13 +72,13 @@ pub enum What {
     Reset,
 }
 
-/// What is in the way of a program.
+/// The contents of a module that are in the way of a program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InTheWay {
     /// Whether the module has exactly this program already.
     pub same: bool,
-    /// What would be lost by loading it, in words; null if nothing would.
+    /// The losses that loading the program would cause, in words; null if there were none.
     pub lost: Option<String>,
 }
 
@@ -114,11 +114,11 @@ pub struct Breakpoint {
     pub condition: String,
 }
 
-/// What the debugger has done, and all that is to be seen then.
+/// The outcome of an action of the debugger, and all that is to be seen then.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Debugged {
-    /// What has come of it, as `tmcl debug` says it.
+    /// The outcome in words, as `tmcl debug` says it.
     pub text: String,
     /// Whether the program runs freely.
     pub running: bool,
@@ -130,7 +130,7 @@ pub struct Debugged {
     pub registers: Vec<NamedValue>,
     /// The user variables that the program uses.
     pub variables: Vec<NamedValue>,
-    /// What is watched.
+    /// The values that are watched.
     pub watched: Vec<NamedValue>,
     /// The breakpoints.
     pub breakpoints: Vec<Breakpoint>,
@@ -147,7 +147,7 @@ impl Tools {
         Ok((program, warning.into_iter().collect()))
     }
 
-    /// What the module has where a program is to go.
+    /// Tells what the module has where a program is to go.
     ///
     /// # Errors
     /// The program has mistakes, the link fails, or it has been asked to end.
@@ -224,7 +224,7 @@ impl Tools {
         self.look(text)
     }
 
-    /// What there is to be seen of the program that is debugged.
+    /// Tells what there is to be seen of the program that is debugged.
     ///
     /// # Errors
     /// No program has been loaded, or the link fails.
@@ -401,7 +401,7 @@ mod tests {
         assert!(tools.attach(&sources("STOP"), &mut none).unwrap_err().to_string().contains("1 of 1 commands differ"));
     }
 
-    /// What is read back assembles to the commands that are there.
+    /// A program that is read back assembles to the commands that are there.
     #[test]
     fn what_is_read_back_is_the_same_program() {
         let mut tools = tools("6110");

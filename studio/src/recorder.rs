@@ -19,9 +19,9 @@ const EVERY: Nanos = MILLISECOND;
 #[derive(Debug)]
 pub struct Recorder {
     product: Product,
-    /// What is looked at for each curve; `None` for one that can only be asked for.
+    /// The values that are looked at, one for each curve; `None` for one that can only be asked for.
     seen: Vec<Option<Seen>>,
-    /// Which of them are values of the firmware: without power there are none.
+    /// Whether each of them is a value of the firmware: without power there are none.
     of_firmware: Vec<bool>,
     due: Nanos,
     rows: Vec<SampleRow>,

@@ -1,4 +1,4 @@
-//! What a page does with a virtual module, whatever this runs.
+//! The actions of a page on a virtual module, whatever this runs.
 
 use std::time::Duration;
 
@@ -8,19 +8,19 @@ use crate::world::WorldSeen;
 
 /// A virtual module behind the doors.
 pub trait Running {
-    /// What it is.
+    /// The module, as the page is told of it.
     fn module(&self) -> Module;
 
     /// Takes a request. Its reply comes with a later turn.
     fn ask(&mut self, asked: Request) -> Ticket;
 
-    /// What it was when it began, and what has been done to it since.
+    /// The module as it was when it began, and what has been done to it since.
     ///
     /// # Errors
     /// That is more than a session has.
     fn done(&mut self) -> Result<Play, String>;
 
-    /// What its EEPROM has.
+    /// The contents of the module's EEPROM.
     fn eeprom(&mut self) -> Contents;
 
     /// The values of curves now, which are looked at without letting time pass.

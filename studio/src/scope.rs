@@ -1,7 +1,7 @@
 //! Curves: what can be read again and again of a module, and how.
 //!
-//! A curve has a text, by which a user keeps it: the command that reads it (`GAP 1, 0`), or the name of a value of a virtual
-//! module's world (`rotor 2`).
+//! A curve has a text, by which a user keeps it. The text is the command that reads the curve (`GAP 1, 0`), or the name
+//! of a value of a virtual module's world (`rotor 2`).
 
 use hal_sim::board::BoardKind;
 use serde::{Deserialize, Serialize};
@@ -20,9 +20,9 @@ use crate::types::{Outcome, Read, Request, Value};
 
 /// Most curves at once.
 pub const MOST: usize = 12;
-/// What is said of a parameter that is cleared by being read.
+/// The note on a parameter that is cleared by being read.
 const CLEARS: &str = "reading it clears it";
-/// What is said of a value of a virtual module that is read by a telegram.
+/// The note on a value of a virtual module that is read by a telegram.
 const OVER_THE_LINK: &str = "read by telegrams while time goes by itself, some 20 times a second; the other values of a \
                              virtual module are looked at each millisecond";
 /// Digits behind the point of values of the world that are not whole.
@@ -58,7 +58,7 @@ pub struct Shown {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Offers {
-    /// One behind the other.
+    /// The curves, one behind the other.
     pub curves: Vec<Curve>,
     /// The texts of those that are shown at first.
     pub usual: Vec<String>,
@@ -68,17 +68,17 @@ pub struct Offers {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Curve {
-    /// Its text.
+    /// The text of the curve.
     pub text: String,
     /// Under which heading it stands.
     pub group: String,
-    /// Its name.
+    /// The name of the curve.
     pub name: String,
-    /// Its unit, which may be empty.
+    /// The unit of the values, which may be empty.
     pub unit: String,
     /// Number of digits behind the point.
     pub decimals: u8,
-    /// What has to be known before it is read; empty if nothing.
+    /// A note that has to be known before the curve is read; empty if there is none.
     pub note: String,
     /// How a telegram reads it; null for a value of the world.
     pub request: Option<Request>,
@@ -88,7 +88,7 @@ pub struct Curve {
     pub in_memory: bool,
 }
 
-/// Which values of a virtual module make a row at each of its milliseconds.
+/// The curves of a virtual module whose values make a row at each of its milliseconds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Watched {
@@ -96,7 +96,7 @@ pub struct Watched {
     pub texts: Vec<String>,
 }
 
-/// What a virtual module has to look at for a curve.
+/// The value that a virtual module has to look at for a curve.
 #[derive(Clone, Debug)]
 pub enum Seen {
     /// A value of the world, or of the module's memory.
@@ -178,7 +178,7 @@ pub fn of_requests(Shown { product, is_virtual, requests }: &Shown) -> Offers {
     Offers { curves: requests.iter().map(curve).collect(), usual: Vec::new() }
 }
 
-/// What a virtual module has to look at for a curve.
+/// The value that a virtual module has to look at for a curve.
 ///
 /// # Errors
 /// It is read by telegrams alone, or there is no such curve.
@@ -196,8 +196,8 @@ pub fn seen(wanted: &str, product: Product) -> Result<Seen, String> {
     }
 }
 
-/// The value of the world that a curve of a virtual module shows, by the name that scenarios and conditions have for it; `None`
-/// if it is read otherwise.
+/// The value of the world that a curve of a virtual module shows, by the name that scenarios and conditions have for
+/// it; `None` if it is read otherwise.
 pub fn in_the_world_named(wanted: &str, product: Product) -> Option<String> {
     let name = match text::parse(wanted) {
         Ok(command) => in_the_world(command, product.spec())?,
@@ -206,8 +206,8 @@ pub fn in_the_world_named(wanted: &str, product: Product) -> Option<String> {
     Look::parse(&name, product.kind()).ok().map(|look| look.name())
 }
 
-/// The value of the world that is the same as what a command reads, where that costs the module a datagram to a chip, or its
-/// inputs.
+/// The value of the world that is the same as what a command reads, where that costs the module a datagram to a chip,
+/// or its inputs.
 fn in_the_world(command: Command, spec: &Spec) -> Option<String> {
     let Command { kind, motor, .. } = command;
     match Opcode::from_number(command.opcode)? {
@@ -321,7 +321,8 @@ fn world(look: &Look) -> Curve {
     }
 }
 
-/// The position and the speed of each axis, which are always shown. Of an unknown product only the first axis is looked at.
+/// The position and the speed of each axis, which are always shown. Of an unknown product only the first axis is looked
+/// at.
 pub fn axes_of(Curves { address, product, is_virtual, .. }: &Curves) -> Offers {
     let product = known(product.as_deref());
     let count = product.map_or(1, |product| axes(Some(product)));

@@ -8,19 +8,19 @@ use crate::stop::known;
 use crate::tools::Tools;
 use crate::types::{Axes, Request};
 
-/// What is said of a module whose inputs and outputs are not known.
+/// The note on a module whose inputs and outputs are not known.
 const UNKNOWN: &str =
     "which inputs and outputs this product has is not known here; GIO and SIO reach them in direct mode";
 
-/// What there is to be read of a module.
+/// The inputs, outputs and axes that can be read of a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusRequests {
-    /// Its inputs and outputs.
+    /// The inputs and outputs of the module.
     pub inputs: Vec<StatusPort>,
-    /// Its axes.
+    /// The axes of the module.
     pub axes: Vec<StatusAxis>,
-    /// What the user has to know; null if there is nothing.
+    /// A note that the user has to know; null if there is none.
     pub note: Option<String>,
 }
 
@@ -28,9 +28,9 @@ pub struct StatusRequests {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusPort {
-    /// Its name in the manual.
+    /// The name of the input or output in the manual.
     pub name: String,
-    /// Which it is.
+    /// The kind of the input or output.
     pub kind: Kind,
     /// The unit of its values; empty where there is none.
     pub unit: String,
@@ -52,11 +52,11 @@ pub struct StatusSwitch {
     pub off: Request,
 }
 
-/// What is read of an axis.
+/// An axis, and what is read of it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusAxis {
-    /// Its number.
+    /// The number of the axis.
     pub axis: u8,
     /// The requests whose values [`words`] takes.
     pub requests: Vec<Request>,
@@ -76,7 +76,7 @@ pub struct StatusValues {
     pub values: Vec<Option<i32>>,
 }
 
-/// What there is to say of an axis.
+/// The statements about an axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusLines {
@@ -100,7 +100,7 @@ pub struct StatusRead {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusReadings {
-    /// One for each request, in their order.
+    /// The readings, one for each request, in their order.
     pub readings: Vec<StatusReading>,
 }
 
@@ -118,11 +118,11 @@ pub struct StatusReading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StatusOf {
-    /// Its number.
+    /// The number of the axis.
     pub axis: u8,
 }
 
-/// What there is to be read of a module, and how its outputs are switched.
+/// The requests that read a module, and those that switch its outputs.
 pub fn requests(Axes { address, product }: &Axes) -> StatusRequests {
     let product = known(product.as_deref());
     let at = |command| Request::new(*address, command);
@@ -148,7 +148,7 @@ pub fn requests(Axes { address, product }: &Axes) -> StatusRequests {
     }
 }
 
-/// What there is to say of an axis.
+/// The statements about an axis.
 pub fn words(StatusValues { product, axis, values }: &StatusValues) -> StatusLines {
     StatusLines { lines: status::words(known(product.as_deref()), *axis, values) }
 }

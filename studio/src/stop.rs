@@ -1,4 +1,5 @@
-//! What stops all motors of a module: MST for each axis, and command 128, which stops a program that may move them again.
+//! Requests that stop all motors of a module: MST for each axis, and command 128, which stops a program that may move
+//! them again.
 
 use tmcl_tools::product;
 use tmcm::tmcl::{Command, Opcode, Status, binary};
@@ -11,7 +12,8 @@ pub(crate) fn known(product: Option<&str>) -> Option<Product> {
     product.and_then(|name| product::named(name).ok())
 }
 
-/// The axes of a product; of an unknown one as many as the largest known one has, because it refuses those that it has not.
+/// The axes of a product; of an unknown one as many as the largest known one has, because it refuses those that it has
+/// not.
 pub(crate) fn axes(product: Option<Product>) -> u8 {
     match product {
         Some(product) => product.spec().axes,
@@ -32,7 +34,7 @@ const COORD: u8 = 2;
 /// Leaves download mode, in which a module stores commands and does not carry them out.
 const LEAVE_DOWNLOAD: Command = Command::new(Opcode::ExitDownload as u8, 0, 0, 0);
 
-/// What a link has to know of a request: what stops what it sets in motion, and what it makes of download mode.
+/// Tells what a link has to know of a request: what stops what it sets in motion, and what it makes of download mode.
 pub fn noted(Moved { request, product }: &Moved) -> Noted {
     let all = || requests(&Axes { address: request.address, product: product.clone() }).requests;
     let at = |command| Request::new(request.address, command);
@@ -60,8 +62,8 @@ pub fn noted(Moved { request, product }: &Moved) -> Noted {
     Noted { stops, download }
 }
 
-/// What is to be sent because a request that stops something has ended so: nothing if it has been carried out, or refused; and
-/// if the module has stored it, the end of download mode before it.
+/// The requests that are to be sent because a request that stops something has ended so. There are none if it has been
+/// carried out, or refused. If the module has stored it, the end of download mode comes before it.
 pub fn left(Read { request, outcome }: &Read) -> Requests {
     let reply = match outcome {
         Outcome::Reply(bytes) => bytes.first_chunk().and_then(binary::decode_reply),

@@ -17,7 +17,7 @@ use crate::types::{Line, Module, Nothing, Products, Reach, Text};
 
 /// A command that every module with the TMCL firmware answers, and that changes nothing.
 const PRESENT: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-/// What is said of a module that carries out command 136 and refuses all others.
+/// The note on a module that carries out command 136 and refuses all others.
 const CANOPEN: &str = "this module tells what it is (command 136), and carries out nothing else of TMCL: it has the \
                        CANopen firmware, which a CANopen master commands over CAN";
 

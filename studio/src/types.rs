@@ -1,4 +1,5 @@
-//! What is asked at the doors, and what is told. `studio/page/types.js` has the same types for the page, which a test compares.
+//! Types of what is asked at the doors, and of what is told. `studio/page/types.js` has the same types for the page,
+//! which a test compares.
 
 use serde::{Deserialize, Serialize};
 use tmcl_tools::wire::LinkError;
@@ -18,11 +19,11 @@ pub struct Request {
     pub address: u16,
     /// The number of the command.
     pub opcode: u8,
-    /// Its type.
+    /// The type of the command.
     pub kind: u8,
-    /// Its motor or bank.
+    /// The motor or bank of the command.
     pub motor: u8,
-    /// Its value.
+    /// The value of the command.
     pub value: i32,
 }
 
@@ -43,13 +44,13 @@ impl Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Exchange {
-    /// What is asked.
+    /// The request.
     pub request: Request,
     /// The longest wait for the reply, in milliseconds.
     pub timeout: u32,
 }
 
-/// What has become of a request.
+/// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Outcome {
@@ -61,14 +62,14 @@ pub enum Outcome {
     Others {
         /// The address that was asked.
         asked: u8,
-        /// Those that answered.
+        /// The addresses of the modules that answered.
         answered: Vec<u8>,
     },
     /// The address is above 255.
     Address,
     /// The link is gone: how, in words.
     Lost(String),
-    /// It has been asked to end.
+    /// The request was broken off: its end has been asked for.
     Interrupted,
 }
 
@@ -100,15 +101,15 @@ impl From<Outcome> for Result<Telegram, LinkError> {
     }
 }
 
-/// Which virtual module is wanted.
+/// The virtual module that is wanted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// The product, such as 1140.
     pub product: String,
-    /// Its world, a text of `tmcl sim --world`; null for the usual one.
+    /// The world of the module, a text of `tmcl sim --world`; null for the usual one.
     pub world: Option<String>,
-    /// What its EEPROM has, two hexadecimal digits for each byte; null as it leaves the factory.
+    /// The contents of the module's EEPROM, two hexadecimal digits for each byte; null as it leaves the factory.
     pub eeprom: Option<String>,
 }
 
@@ -118,7 +119,7 @@ pub struct Start {
 pub struct Play {
     /// The module.
     pub start: Start,
-    /// What is done, as in a session.
+    /// The deeds, as in a session.
     pub done: Vec<String>,
     /// When time stands still, in microseconds of the module's time.
     pub until: u64,
@@ -134,7 +135,7 @@ pub struct WorldText {
     pub product: String,
 }
 
-/// What an EEPROM has.
+/// The contents of an EEPROM.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contents {
@@ -162,7 +163,7 @@ pub struct Line {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ticket {
-    /// Its number.
+    /// The number of the request.
     pub ticket: u32,
 }
 
@@ -176,7 +177,7 @@ pub struct LineTold {
     pub line: String,
 }
 
-/// What has come of a turn of a virtual module.
+/// The outcome of a turn of a virtual module.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
@@ -184,7 +185,7 @@ pub struct Turn {
     pub replies: Vec<Finished>,
     /// Lines of the control port: answers, and lines of a watch.
     pub lines: Vec<LineTold>,
-    /// What a person should be told.
+    /// Messages that a person should be told.
     pub messages: Vec<String>,
     /// Rows of the values that are watched.
     pub rows: Vec<SampleRow>,
@@ -218,9 +219,9 @@ pub struct SampleRow {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Finished {
-    /// Its number.
+    /// The number of the request.
     pub ticket: u32,
-    /// What has become of it.
+    /// The outcome of the request.
     pub outcome: Outcome,
 }
 
@@ -232,7 +233,7 @@ pub struct Bytes {
     pub bytes: Vec<u8>,
 }
 
-/// What bytes of a stream have led to.
+/// The outcome of bytes of a stream.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Taken {
@@ -260,29 +261,29 @@ pub struct Moved {
     pub product: Option<String>,
 }
 
-/// What a link has to know of a request.
+/// Facts about a request that a link has to know.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noted {
-    /// What stops what it sets in motion.
+    /// The requests that stop what it sets in motion.
     pub stops: Vec<Request>,
-    /// What becomes of download mode.
+    /// The effect on download mode.
     pub download: Download,
 }
 
-/// What a request makes of download mode, in which a module stores commands and does not carry them out.
+/// The effect of a request on download mode, in which a module stores commands and does not carry them out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Download {
     /// Nothing.
     Same,
-    /// It is over.
+    /// The mode is over.
     Over,
-    /// It begins.
+    /// The mode begins.
     Begun {
-        /// What ends it.
+        /// The request that ends the mode.
         end: Request,
-        /// What leaves nothing of a program that is broken off, behind the end.
+        /// The requests that leave nothing of a program that is broken off, behind the end.
         clear: Vec<Request>,
     },
 }
@@ -299,9 +300,9 @@ pub struct Requests {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Read {
-    /// What was asked.
+    /// The request.
     pub request: Request,
-    /// What has become of it.
+    /// The outcome of the request.
     pub outcome: Outcome,
 }
 
@@ -317,17 +318,17 @@ pub struct Value {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reach {
-    /// Its address, 0 to 255.
+    /// The address of the module, 0 to 255.
     pub address: u16,
     /// The longest wait for a reply, in milliseconds.
     pub timeout: u32,
 }
 
-/// What a module has told of itself.
+/// Facts that a module has told of itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Module {
-    /// Its name and the version of its firmware, for people.
+    /// The name of the module and the version of its firmware, for people.
     pub name: String,
     /// The product, such as 1140; null for one that is not known, which is commanded all the same.
     pub product: Option<String>,
@@ -355,7 +356,7 @@ pub struct Text {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Progress {
-    /// What is under way.
+    /// The work that is under way, in words.
     pub what: String,
     /// Number of steps that are done.
     pub done: usize,
@@ -367,10 +368,11 @@ pub struct Progress {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Answer<T> {
-    /// What was asked for.
+    /// The value that was asked for.
     Ok(T),
     /// Why there is nothing, for the user.
     Error(String),
-    /// It has been asked to end, with what the user has to know about that; it may be empty.
+    /// The work was broken off: its end has been asked for. The text is what the user has to know about that; it may be
+    /// empty.
     Interrupted(String),
 }

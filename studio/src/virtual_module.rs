@@ -1,5 +1,5 @@
-//! A virtual module whose time goes by the clock of the page, or as the lines of its control port say. What it runs, the firmware's
-//! core or a flash image, is the choice of who starts it.
+//! A virtual module whose time goes by the clock of the page, or as the lines of its control port say. What it runs,
+//! the firmware's core or a flash image, is the choice of who starts it.
 
 use std::task::Poll;
 use std::time::Duration;
@@ -83,8 +83,8 @@ impl Virtual<NativeModule> {
         Self::of(start, at, of_the_core())
     }
 
-    /// A fresh module to which is done what was done to another one. Its time stands still until it is let go, and at the end of
-    /// that.
+    /// A fresh module to which is done what was done to another one. Its time stands still until it is let go, and at
+    /// the end of that.
     ///
     /// # Errors
     /// Those of [`start`](Self::start), or something of it cannot be done.

@@ -1,4 +1,4 @@
-//! What happens at moments of a virtual module's time: rows, lines of a watch, and what is done again.
+//! Events at moments of a virtual module's time: rows, lines of a watch, and what is done again.
 
 use hal_sim::clock::Nanos;
 use tmcl_tools::desk::{Watch, Watcher};
@@ -9,16 +9,16 @@ use crate::recorder::Recorder;
 use crate::session::{Journal, Player};
 use crate::types::LineTold;
 
-/// What the page watches, the lines that are for it, and what is done to the module at its time.
+/// The watches of the page, the lines that are for it, and what is done to the module at its time.
 #[derive(Debug, Default)]
 pub struct Page {
     /// Does a session again.
     pub player: Option<Player>,
     /// Notes what is done to the module.
     pub journal: Journal,
-    /// What a line of the control port watches.
+    /// The watch that a line of the control port has begun.
     pub watch: Option<Watch>,
-    /// What makes rows.
+    /// The recorder, which makes rows.
     pub recorder: Option<Recorder>,
     /// Lines that the page has not taken yet.
     pub lines: Vec<LineTold>,

@@ -9,11 +9,11 @@ use tmcm_sim::Product;
 use crate::language::{Checked, Mistake, Severity};
 use crate::types::{SampleRow, Start, WorldText};
 
-/// What there is to be touched and drawn in a world.
+/// The parts of a world that can be touched and drawn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldOffers {
-    /// What can be touched.
+    /// The parts that can be touched.
     pub touchables: Vec<WorldTouchable>,
     /// The stages of the axes, axis 0 first.
     pub stages: Vec<WorldStage>,
@@ -25,7 +25,7 @@ pub struct WorldOffers {
 pub struct WorldTouchable {
     /// The axis whose it is; null for what is of the whole board.
     pub axis: Option<usize>,
-    /// What it is.
+    /// The name of the part.
     pub name: String,
     /// How it is touched.
     pub how: WorldTouch,
@@ -37,11 +37,11 @@ pub struct WorldTouchable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum WorldTouch {
-    /// It is on or off.
+    /// The part is on or off.
     Switch(WorldSwitch),
-    /// It has a number.
+    /// The part has a number.
     Number(WorldNumber),
-    /// It is in one of several states, in the order of their numbers from 0 on.
+    /// The part is in one of several states, in the order of their numbers from 0 on.
     Choice(Vec<WorldState>),
 }
 
@@ -59,9 +59,9 @@ pub struct WorldSwitch {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldNumber {
-    /// What stands before the number.
+    /// The text in front of the number.
     pub before: String,
-    /// What stands behind it.
+    /// The text behind the number.
     pub behind: String,
     /// The least number.
     pub least: f64,
@@ -69,7 +69,7 @@ pub struct WorldNumber {
     pub greatest: f64,
     /// Numbers are multiples of it.
     pub step: f64,
-    /// Its unit; empty if it has none.
+    /// The unit of the number; empty if it has none.
     pub unit: String,
     /// Whether it is something that happens, and no state.
     pub once: bool,
@@ -79,7 +79,7 @@ pub struct WorldNumber {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldState {
-    /// Its name.
+    /// The name of the state.
     pub name: String,
     /// The line.
     pub line: String,
@@ -131,7 +131,7 @@ pub struct WorldSeen {
     pub behind: f64,
 }
 
-/// What there is in the world of a module that is started so.
+/// Tells what there is in the world of a module that is started so.
 ///
 /// # Errors
 /// There is no such product, or its world or its EEPROM cannot be so.
@@ -146,7 +146,7 @@ pub fn offers(start: &Start) -> Result<WorldOffers, String> {
     Ok(WorldOffers { touchables: touchables(kind).into_iter().map(touchable).collect(), stages: stages.collect() })
 }
 
-/// What is wrong with the text of a world, as the editor shows it: that alone which is found first.
+/// Tells what is wrong with the text of a world, as the editor shows it: only the mistake that is found first.
 ///
 /// # Errors
 /// There is no such product.
@@ -165,7 +165,8 @@ pub fn check(WorldText { text, product }: &WorldText) -> Result<Checked, String>
     })
 }
 
-/// What is said of a world, at its place. The message of the TOML parser shows the line once more, which is left out.
+/// The mistake that is said of a world, at its place. The message of the TOML parser shows the line once more, which is
+/// left out.
 fn mistake(why: &str, text: &str) -> Mistake {
     let line = line_of(why).unwrap_or(0);
     let length = text.lines().nth(line).map_or(0, |line| line.encode_utf16().count());
@@ -212,7 +213,7 @@ pub fn config(Start { product, world, .. }: &Start) -> Result<WorldConfig, Strin
     world.as_ref().map_or_else(|| Ok(WorldConfig::default()), read)
 }
 
-/// What the EEPROM has of a module that is started so; `None` as it leaves the factory.
+/// The contents of the EEPROM of a module that is started so; `None` as it leaves the factory.
 ///
 /// # Errors
 /// It has another size than that of this product, or is not hexadecimal.
@@ -229,7 +230,7 @@ pub fn eeprom(Start { eeprom, .. }: &Start, product: Product) -> Result<Option<V
     bytes.map(Some).ok_or_else(|| "the EEPROM: two hexadecimal digits stand for each byte".into())
 }
 
-/// What an EEPROM has, as [`eeprom`] reads it.
+/// The contents of an EEPROM as text, as [`eeprom`] reads it.
 pub fn contents(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

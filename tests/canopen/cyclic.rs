@@ -1,5 +1,5 @@
-//! A cyclic master, as the CiA 402 drivers of ROS are: every 10 ms it sends all it has to say in PDOs, then the SYNC, and
-//! takes what the node answers. It sets halt whenever it has no target, and bit 5 with each set-point.
+//! A cyclic master, as the CiA 402 drivers of ROS are. Every 10 ms it sends all it has to say in PDOs, then the SYNC,
+//! and takes what the node answers. It sets halt whenever it has no target, and bit 5 with each set-point.
 
 use crate::driving::{
     FAULT, HM, MODE_SPECIFIC, OPERATION_ENABLED, PP, PV, READY_TO_SWITCH_ON, STATE, SWITCH_ON_DISABLED, SWITCHED_ON,
@@ -66,7 +66,7 @@ impl Master {
         }
     }
 
-    /// One cycle of 10 ms.
+    /// Carries out one cycle of 10 ms.
     fn cycle(&mut self) {
         self.word = self.command() | self.word & START;
         let has_target = self.status & STATE == OPERATION_ENABLED && self.shown == self.mode && self.ask();

@@ -1,4 +1,4 @@
-//! What a master of a drive does again and again.
+//! Steps that a master of a drive takes again and again.
 
 use crate::rig::Rig;
 use hal_sim::clock::MILLISECOND;

@@ -1,4 +1,4 @@
-//! One EEPROM, two firmwares: each leaves the settings of the other alone until it saves something, and program memory
+//! An EEPROM, two firmwares: each leaves the settings of the other alone until it saves something, and program memory
 //! belongs to TMCL.
 
 use crate::rig::Rig;

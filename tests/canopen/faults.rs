@@ -25,7 +25,7 @@ struct Disturbance {
     register: u32,
 }
 
-/// Those that lead to FAULT.
+/// Disturbances that lead to FAULT.
 const FAULTS: [Disturbance; 4] = [
     Disturbance {
         begin: "fault short-a on",
@@ -143,8 +143,8 @@ fn messages_leave_the_drive_as_it_is() {
     assert!(rig.emergencies().is_empty());
 }
 
-/// An open coil counts in the twentieth turn in a row in which the driver has told of it (2102h) while the motor moves: one
-/// that has a contact in between counts from the beginning again.
+/// An open coil counts in the twentieth turn in a row in which the driver has told of it (2102h) while the motor moves.
+/// A coil that has a contact in between counts from the beginning again.
 #[test]
 fn an_open_coil_is_told_in_the_twentieth_turn() {
     for (coil, flag, detail) in [("open-a", 4, 1), ("open-b", 8, 2)] {
@@ -285,8 +285,8 @@ fn a_lost_master() {
     }
 }
 
-/// Off the bus the motor stops at once and the bridges are off; that is told when the bus is back. As 1029h.1 says, the node
-/// goes on, or is stopped: then it tells of it after its start.
+/// Off the bus the motor stops at once and the bridges are off; that is told when the bus is back. As 1029h.1 says, the
+/// node goes on, or is stopped: then it tells of it after its start.
 #[test]
 fn off_the_bus() {
     for (behaviour, state) in [(0, Nmt::Stopped), (1, Nmt::Operational), (2, Nmt::Stopped)] {
@@ -382,8 +382,8 @@ fn communication_is_reset_in_operation() {
     assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
 }
 
-/// A node that is stopped sends no emergencies; those that wait for the inhibit time then, and those that come up, are sent
-/// after its start.
+/// A node that is stopped sends no emergencies; those that wait for the inhibit time then, and those that come up, are
+/// sent after its start.
 #[test]
 fn no_emergency_when_stopped() {
     let mut rig = Rig::operational();

@@ -28,9 +28,9 @@ fn watched() -> Rig {
     rig
 }
 
-/// A shaft that is turned by hand while the bridges are off is no following error, and neither is it when they are on again:
-/// 50 ms later the counter is where the encoder is, and only then there is OPERATION ENABLED. Twelve full steps are three
-/// times the four after which the coils look the same, so the rotor stays where the hand has left it.
+/// A shaft that is turned by hand while the bridges are off is no following error, and neither is it when they are on
+/// again. After 50 ms the counter is where the encoder is, and only then there is OPERATION ENABLED. Twelve full steps
+/// are three times the four after which the coils look the same, so the rotor stays where the hand has left it.
 #[test]
 fn a_shaft_is_turned_while_nothing_holds_it() {
     let mut rig = watched();
@@ -50,8 +50,8 @@ fn a_shaft_is_turned_while_nothing_holds_it() {
     assert_eq!((rig.rotor(), rig.signed(0x6064)), (ROTOR + 2_000, TURNED + 2_000));
 }
 
-/// A shaft that is not turned by more than a full step is drawn back by the current: the counter stays, and nothing is waited
-/// for. So it is without a window, and without an encoder.
+/// A shaft that is not turned by more than a full step is drawn back by the current: the counter stays, and nothing is
+/// waited for. So it is without a window, and without an encoder.
 #[test]
 fn what_does_not_deviate_changes_nothing() {
     let mut rig = watched();
@@ -79,8 +79,8 @@ fn what_does_not_deviate_changes_nothing() {
     assert_eq!((rig.emergencies(), rig.signed(0x6064), rig.signed(0x60F4)), (vec![], 0, 0));
 }
 
-/// A blow to a motor that is held is a following error: it shows in bit 13 of profile position mode, in 603Fh and 60F4h. The
-/// fault reset takes the encoder's position over and clears all of them; a homed drive stays homed.
+/// A blow to a motor that is held is a following error: it shows in bit 13 of profile position mode, in 603Fh and
+/// 60F4h. The fault reset takes the encoder's position over and clears all of them; a homed drive stays homed.
 #[test]
 fn a_fault_reset_clears_it() {
     let mut rig = watched();

@@ -114,7 +114,7 @@ fn the_drive_is_off() {
     assert_eq!(rig.read(0x6041, 0), 0x0050);
 }
 
-/// What follows another object.
+/// Objects that follow another object.
 #[test]
 fn objects_that_follow_others() {
     let mut rig = Rig::new();

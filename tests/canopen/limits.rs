@@ -1,4 +1,4 @@
-//! What keeps the motor within its limits: software limits, limit switches, and stop on stall.
+//! Functions that keep the motor within its limits: software limits, limit switches, and stop on stall.
 
 use crate::driving::{
     ENABLE, HM, INTERNAL_LIMIT, MODE_SPECIFIC, MOVES, OPERATION_ENABLED, PP, PV, START, TARGET_REACHED, VL,
@@ -30,8 +30,8 @@ fn turn(rig: &mut Rig, velocity: i32) {
     rig.set(0x6042, 0, velocity as u32 & 0xFFFF);
 }
 
-/// A velocity of 1000 and an acceleration of 1000 need a ramp of 30 518^2 / (2 * 465 661) = 1000 microsteps, and in a
-/// millisecond the motor goes 31.
+/// A velocity of 1000 and an acceleration of 1000 need a ramp of 30 518^2 / (2 * 465 661) = 1000 microsteps. In a
+/// millisecond the motor goes 31 microsteps.
 #[test]
 fn software_limits_stop_the_motor() {
     for mode in [VL, PV] {
@@ -159,7 +159,8 @@ fn switches_that_are_off() {
     }
 }
 
-/// A stall stops the motor; the same velocity, as cyclic masters write it, does not start it again, but another one does.
+/// A stall stops the motor; the same velocity, as cyclic masters write it, does not start it again, but another one
+/// does.
 #[test]
 fn stop_on_stall() {
     let mut rig = Rig::enabled(PV);
@@ -216,8 +217,8 @@ fn limits_in_homing_mode() {
     rig.word(ENABLE);
 }
 
-/// Software limits the wrong way round, as they are between two writes of a master that writes the lower one first: no target
-/// is within them, so a set-point is refused with a message that names them; nothing else becomes of it.
+/// Software limits the wrong way round, as they are between two writes of a master that writes the lower one first. No
+/// target is within them, so a set-point is refused with a message that names them. Nothing else becomes of it.
 #[test]
 fn limits_the_wrong_way_round() {
     let mut rig = Rig::enabled(PP);

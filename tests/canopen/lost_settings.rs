@@ -1,5 +1,5 @@
-//! Saved settings of which a part cannot be read: with one good copy nothing is lost, which is told as a warning; without one
-//! the drive is in FAULT, until the objects concerned have been written or saved anew.
+//! Saved settings of which a part cannot be read. With one good copy nothing is lost, which is told as a warning.
+//! Without one the drive is in FAULT, until the objects concerned have been written or saved anew.
 
 use crate::driving::{FAULT, FAULT_RESET, SWITCH_ON_DISABLED};
 use crate::rig::Rig;
@@ -22,7 +22,7 @@ pub(crate) const SAVED: [(u16, u8, u32); 10] = [
     (0x607D, 2, 5_000),
     (0x6099, 1, 321),
 ];
-/// What a warning, and what a loss says: code, 1001h, two bytes.
+/// Bytes of a warning, and of the message of a loss: code, 1001h, two bytes.
 const WORN: [u8; 5] = [0x10, 0x63, 0x21, 1, 255];
 const LOST: [u8; 5] = [0x10, 0x63, 0x21, 0, 255];
 
@@ -65,7 +65,8 @@ pub(crate) fn flipped(eeprom: &[u8], page: usize, bit: usize, copies: &[usize]) 
     eeprom
 }
 
-/// Each bit of each copy: all values are there, and it is told. The copy is written again, which is looked at now and then.
+/// Each bit of each copy: all values are there, and it is told. The copy is written again, which is looked at now and
+/// then.
 #[test]
 fn each_bit_of_one_copy() {
     let eeprom = saved();
@@ -119,8 +120,8 @@ fn lost_current() -> (Rig, Vec<(u16, u8)>) {
     panic!("2003h is in no page");
 }
 
-/// The first object concerned is named, and the fault stays until all of them have been written, as a master does that
-/// downloads its list; the next start finds the page as bad as before.
+/// The first object concerned is named. The fault stays until all of them have been written, as a master does that
+/// downloads its list. The next start finds the page as bad as before.
 #[test]
 fn a_list_that_is_downloaded_takes_the_place_of_what_is_lost() {
     let (mut rig, first) = lost_current();
@@ -154,8 +155,8 @@ pub(crate) fn page_of(first: (u16, u8)) -> Vec<(u16, u8)> {
     slots.iter().filter(|(other, _)| other / 14 == slot / 14).map(|(_, place)| *place).collect()
 }
 
-/// A save and a restore take the place of what is lost as well, also after a restart; also a save of values that are the
-/// defaults, and one of another group.
+/// A save and a restore take the place of what is lost as well, also after a restart. So do a save of values that are
+/// the defaults, and one of another group.
 #[test]
 fn a_save_or_a_restore_ends_it() {
     for (index, sub, signature) in
@@ -174,8 +175,8 @@ fn a_save_or_a_restore_ends_it() {
     }
 }
 
-/// A file of before, in which each page was written by itself and only those that had changed, is read as it was: the first
-/// save writes all pages, twice.
+/// A file of before, in which each page was written by itself and only those that had changed, is read as it was: the
+/// first save writes all pages, twice.
 #[test]
 fn an_older_file() {
     let contents = include_bytes!("older.bin");

@@ -44,7 +44,7 @@ fn the_procedure_of_the_manual() {
     }
 }
 
-/// What dcfgen of Lely writes: bit 30 is clear, and reads 1 afterwards.
+/// The values that dcfgen of Lely writes: bit 30 is clear, and reads 1 afterwards.
 #[test]
 fn bit_30_may_be_written_either_way() {
     for (communication, mapping, id) in RECORDS {

@@ -8,7 +8,7 @@ use tmcm::device::Inputs;
 /// The emergency of a lost master.
 const LOST: [u8; 8] = [0x30, 0x81, 0x11, 0, 255, 0, 0, 0];
 
-/// What loses the master: how it is set up, and what the master does each 20 ms.
+/// A way of watching the master: how it is set up, and what the master does each 20 ms.
 type Watching = (fn(&mut Rig), fn(&mut Rig));
 
 const WATCHINGS: [Watching; 2] = [
@@ -86,8 +86,8 @@ fn a_master_that_falls_silent_before_operation() {
     assert_eq!(rig.read(0x1001, 0), 0x11);
 }
 
-/// Heartbeats of others, and what is no heartbeat, are not those of the master; a time or a node of 0 switches the watch
-/// off.
+/// Heartbeats of others, and what is no heartbeat, are not those of the master; a time or a node of 0 switches the
+/// watch off.
 #[test]
 fn heartbeats_of_others() {
     let mut rig = watched(WATCHINGS[0]);

@@ -1,4 +1,4 @@
-//! What comes while something else is under way: neither is lost.
+//! Events that come while something else is under way: neither is lost.
 
 use crate::driving::{
     ENABLE, FAULT, FAULT_RESET, HM, OPERATION_ENABLED, PV, SHUTDOWN, START, SWITCH_ON, SWITCH_ON_DISABLED,
@@ -6,8 +6,8 @@ use crate::driving::{
 use crate::rig::Rig;
 use tmcm::canopen::{BusState, Nmt};
 
-/// Leads a node to FAULT by a supply that is too low for a while, and to the state of network management in which its master
-/// had it.
+/// Leads a node to FAULT by a supply that is too low for a while, and to the state of network management in which its
+/// master had it.
 fn fault(rig: &mut Rig) {
     rig.control("supply 7");
     rig.wait(60);
@@ -19,8 +19,8 @@ fn fault(rig: &mut Rig) {
     assert_eq!(rig.drive_state(), FAULT);
 }
 
-/// A second fault is told, and the state stays FAULT: the status changes no more, and the reaction of 1029h, which the
-/// master has taken back with its start of the node, does not come again.
+/// A second fault is told, and the state stays FAULT. The status changes no more. The reaction of 1029h does not come
+/// again, because the master has taken it back with its start of the node.
 #[test]
 fn a_second_fault_in_fault() {
     let mut rig = Rig::enabled(PV);
@@ -115,8 +115,8 @@ fn tmcl_mode_while_the_delays_of_the_brake_run() {
     }
 }
 
-/// Another mode while the motor homes: it stops along the ramp of the homing, and what the new mode asks for begins only
-/// when it stands.
+/// Another mode while the motor homes: it stops along the ramp of the homing, and what the new mode asks for begins
+/// only when it stands.
 #[test]
 fn another_mode_in_a_homing() {
     let mut rig = Rig::operational();

@@ -309,8 +309,8 @@ fn an_edge_that_comes_with_the_enabling() {
     }
 }
 
-/// The time of 6068h is counted from when the window is there: a motor that stands at its target is in a new window for as long
-/// before it has reached that.
+/// The time of 6068h is counted from when the window is there. A motor that stands at its target is in a new window for
+/// as long before it has reached that.
 #[test]
 fn the_time_in_a_window_begins_with_the_window() {
     let mut rig = Rig::enabled(PP);

@@ -136,7 +136,7 @@ fn resets() {
     }
 }
 
-/// What comes after a reset of the node is not served any more.
+/// Requests that come after a reset of the node are not served any more.
 #[test]
 fn nothing_is_served_between_a_reset_and_the_start() {
     let mut rig = Rig::new();

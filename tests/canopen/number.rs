@@ -1,5 +1,5 @@
-//! A node that does not know its number: it says nothing, whatever is on the bus, until somebody tells it that it may be node 1,
-//! or its EEPROM answers. A restart keeps the number.
+//! A node that does not know its number: it says nothing, whatever is on the bus, until somebody tells it that it may
+//! be node 1, or its EEPROM answers. A restart keeps the number.
 
 use crate::driving::{FAULT, FAULT_RESET, SWITCH_ON_DISABLED};
 use crate::lost_settings::{SAVED, flipped, saved};
@@ -25,7 +25,7 @@ fn board(eeprom: &[u8], answers: bool) -> SharedBoard {
     SharedBoard::new(board)
 }
 
-/// What a node does not answer while it has no number: every frame that a master may send.
+/// Asserts that a node without a number answers none of the frames that a master may send.
 fn assert_silent(rig: &mut Rig) {
     for node in [0, 1, 9, 127] {
         for command in [1, 2, 0x80, 0x81, 0x82] {
@@ -98,8 +98,8 @@ fn other_contents_are_those_of_node_1() {
     }
 }
 
-/// 137 with 1234 over USB starts node 1 at 1 Mbit/s, with defaults, without a fault. Where the EEPROM can be written they are
-/// stored.
+/// 137 with 1234 over USB starts node 1 at 1 Mbit/s, with defaults, without a fault. Where the EEPROM can be written
+/// they are stored.
 #[test]
 fn it_is_told_that_it_may_be_node_1() {
     let eeprom = saved();
@@ -139,8 +139,8 @@ fn an_eeprom_that_answers_again() {
     assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
 }
 
-/// A restart whose EEPROM has gone silent: the number is kept, the settings are unknown, and that is told. A master that
-/// downloads all objects gets on, and one that resets faults does not. Without the supply the number is gone.
+/// A restart whose EEPROM has gone silent: the number is kept, the settings are unknown, and that is told. A master
+/// that downloads all objects gets on, and one that resets faults does not. Without the supply the number is gone.
 #[test]
 fn a_restart_keeps_the_number() {
     let mut rig = Rig::on(&board(&saved(), true), false);
@@ -161,8 +161,8 @@ fn a_restart_keeps_the_number() {
     assert_eq!((rig.node.address(), rig.frames()), (None, vec![]));
 }
 
-/// An EEPROM that is busy at power-on, as after a write that a restart has cut off: up to 20 ms are waited for, and what takes
-/// longer is asked for again.
+/// An EEPROM that is busy at power-on, as after a write that a restart has cut off. Up to 20 ms are waited for, and
+/// what takes longer is asked for again.
 #[test]
 fn an_eeprom_that_is_busy_at_power_on() {
     for (busy, starts) in [(5, 1), (15, 1), (200, 2), (2_000, 2)] {
@@ -181,8 +181,8 @@ fn an_eeprom_that_is_busy_at_power_on() {
     }
 }
 
-/// An EEPROM that falls silent at any byte while it is read at the start, for good or for a while: its bytes read as erased ones
-/// then. The node has its own number, or none, and never another one.
+/// An EEPROM that falls silent at any byte while it is read at the start, for good or for a while: its bytes read as
+/// erased ones then. The node has its own number, or none, and never another one.
 #[test]
 fn an_eeprom_that_falls_silent_while_it_is_read() {
     let eeprom = saved();
@@ -202,8 +202,8 @@ fn an_eeprom_that_falls_silent_while_it_is_read() {
     assert!(seen.iter().all(|times| *times > 100), "{seen:?}");
 }
 
-/// Two nodes of one number on a bus, which a master cannot tell apart: each answers, and neither takes the other's boot-up,
-/// replies, PDOs, heartbeats and emergencies for something that is meant for it.
+/// Two nodes of one number on a bus, which a master cannot tell apart. Each answers, and neither takes the other's
+/// boot-up, replies, PDOs, heartbeats and emergencies for something that is meant for it.
 #[test]
 fn two_nodes_of_one_number() {
     let mut nodes = [Rig::operational(), Rig::operational()];

@@ -28,8 +28,8 @@ impl Rig {
     }
 }
 
-/// Every object of the driver, the value it is set to, and the bits that must then stand in which register (bit positions
-/// of the 20-bit words: AN016, table 4.1).
+/// Every object of the driver, the value it is set to, and the bits that must then stand in which register (bit
+/// positions of the 20-bit words: AN016, table 4.1).
 const FIELDS: &[(u16, i32, usize, u32, u32, u32)] = &[
     // object, value, register, lowest bit, width, field
     (0x2000, 4, DRVCTRL, 0, 4, 4),
@@ -232,7 +232,8 @@ fn divisors_that_do_not_go_together() {
     }
 }
 
-/// What the divisors depend on changes in SWITCH ON DISABLED only: those of rpm depend on the microsteps in a turn, too.
+/// Objects that the divisors depend on change in SWITCH ON DISABLED only. The divisors of rpm depend on the microsteps
+/// in a turn, too.
 #[test]
 fn what_changes_divisors_is_refused_outside_switch_on_disabled() {
     for (unit, largest) in [(0, 2047), (164, 100), (181, 100_000)] {
@@ -279,8 +280,8 @@ fn the_load_is_shown() {
     assert!(loaded < free && free <= 1023, "{loaded}, {free}");
 }
 
-/// 2102h has the driver's flags, each in its bit, with which a fault shows while the motor turns. A driver that is too hot
-/// has the pre-warning as well.
+/// 2102h has the driver's flags, each in its bit, with which a fault shows while the motor turns. A driver that is too
+/// hot has the pre-warning as well.
 #[test]
 fn the_errors_of_the_driver_are_shown() {
     for (fault, flags) in [("short-a", 1), ("short-b", 2), ("open-a", 4), ("open-b", 8), ("overtemperature", 0xC0)] {

@@ -110,8 +110,8 @@ fn synchronous_reception() {
     }
 }
 
-/// A PDO that a SYNC has released acts in the next poll, which is due at once; data that come after the SYNC wait for the
-/// next one.
+/// A PDO that a SYNC has released acts in the next poll, which is due at once; data that come after the SYNC wait for
+/// the next one.
 #[test]
 fn released_pdos_act_in_the_poll_after_the_sync() {
     let mut rig = Rig::operational();
@@ -296,8 +296,8 @@ fn readings_trigger_once_in_a_turn() {
     }
 }
 
-/// A change of the statusword is told in the turn in which it comes, also if nothing else changes then: here bit 10, when the
-/// motor has been in its window for 6068h, and when the target is another.
+/// A change of the statusword is told in the turn in which it comes, also if nothing else changes then. Here it is bit
+/// 10, when the motor has been in its window for 6068h, and when the target is another.
 #[test]
 fn a_change_of_the_statusword_is_told_in_its_turn() {
     for time in 20..30 {

@@ -1,5 +1,5 @@
-//! The supply fails at every byte that the EEPROM receives, and all through its write cycles, while the master saves and
-//! restores. After the start each object has its old or its new value: the new one if the request was confirmed.
+//! The supply fails at every byte that the EEPROM receives, and all through its write cycles, while the master saves
+//! and restores. After the start each object has its old or its new value: the new one if the request was confirmed.
 
 use crate::driving::SWITCH_ON_DISABLED;
 use crate::rig::{Rig, expedited};
@@ -36,7 +36,7 @@ const SCRIPT: [Step; 6] = [
     (&[], (0x1011, 1), b"load"),
 ];
 
-/// What is looked at after each start.
+/// Objects that are looked at after each start.
 const WATCHED: [(u16, u8); 13] = [
     (0x2003, 0),
     (0x6083, 0),
@@ -69,7 +69,7 @@ fn carry_out(rig: &mut Rig, (objects, (index, sub), signature): &Step, cut: Nano
     ask(rig, expedited(*index, *sub, *signature)).map(|_| ())
 }
 
-/// What a start with this EEPROM finds: no fault, whatever has become of a save.
+/// Reads the values that a start with this EEPROM finds. There is no fault, whatever has become of a save.
 fn found(eeprom: &[u8]) -> Vec<u32> {
     let mut rig = Rig::with_eeprom(eeprom, 1);
     rig.wait(3);
@@ -146,8 +146,8 @@ fn changed() -> Vec<u8> {
     rig.eeprom()
 }
 
-/// What is left if the supply fails after so many of the bytes that a step exchanges with the EEPROM; `None` if it ends
-/// before.
+/// Returns the bytes that are left if the supply fails after so many of the bytes that a step exchanges with the
+/// EEPROM; `None` if it ends before.
 fn cut_after(eeprom: &[u8], byte: u64, step: &Step) -> Option<Vec<u8>> {
     let mut rig = Rig::with_eeprom(eeprom, byte);
     let before = rig.board.borrow().eeprom_bytes();
@@ -155,8 +155,8 @@ fn cut_after(eeprom: &[u8], byte: u64, step: &Step) -> Option<Vec<u8>> {
     carry_out(&mut rig, step, Nanos::MAX).is_none().then(|| rig.eeprom())
 }
 
-/// The second copies are written behind the confirmation, over the copies of the settings before: wherever that is cut, the
-/// new values are there, and a save after that is as good as any.
+/// The second copies are written behind the confirmation, over the copies of the settings before. Wherever that is cut,
+/// the new values are there, and a save after that is as good as any.
 #[test]
 fn at_every_byte_of_the_second_copies() {
     let mut rig = Rig::with_eeprom(&changed(), 1);
@@ -197,7 +197,8 @@ fn all_defaults_are_restored_or_none() {
     assert!(seen.iter().all(|times| *times > 50), "{seen:?}");
 }
 
-/// The EEPROM fails while all is restored, which is told, and works again: what is saved from then on is there after a start.
+/// The EEPROM fails while all is restored, which is told, and works again: what is saved from then on is there after a
+/// start.
 #[test]
 fn what_is_saved_after_a_restore_that_failed_is_saved() {
     let mut rig = Rig::with_eeprom(&changed(), 1);

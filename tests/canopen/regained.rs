@@ -1,4 +1,5 @@
-//! The ways out of lost settings, as masters go them: a whole list that is downloaded, a save, a restart; and what is none.
+//! The ways out of lost settings, as masters go them: a whole list that is downloaded, a save, a restart; and what is
+//! none.
 
 use hal_sim::board::{self, Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
@@ -76,7 +77,8 @@ fn a_page_of_a_drive_in_rpm_is_replaced() {
     assert_eq!(reset_fault(&mut rig), SWITCH_ON_DISABLED);
 }
 
-/// An EEPROM that stays silent is asked again each second, and each time has nothing to say: that gives no settings back.
+/// An EEPROM that stays silent is asked again each second, and each time has nothing to say: that gives no settings
+/// back.
 #[test]
 fn a_silent_eeprom_gives_nothing_back() {
     let mut rig = restarted_on(|board| board.borrow_mut().set_fault(hal_sim::fault::Fault::Eeprom, 0, true));
@@ -134,8 +136,8 @@ fn tmcl_mode_has_to_wait() {
     assert!(rig.is_energised());
 }
 
-/// A reset of communication takes the objects of communication from the EEPROM, which has lost them: what was written to
-/// them is gone, and so is the way out.
+/// A reset of communication takes the objects of communication from the EEPROM, which has lost them: what was written
+/// to them is gone, and so is the way out.
 #[test]
 fn a_reset_of_communication_loses_them_again() {
     for page in 1..=3 {

@@ -262,8 +262,8 @@ fn an_eeprom_that_fails() {
     assert_eq!(rig.read(0x2003, 0), 5);
 }
 
-/// An EEPROM that does not answer at the start, and a node that was told to be node 1 all the same: defaults, nothing can be
-/// saved, and 1010h says so.
+/// An EEPROM that does not answer at the start, and a node that was told to be node 1 all the same. The node has the
+/// defaults, nothing can be saved, and 1010h says so.
 #[test]
 fn an_eeprom_that_is_not_there() {
     let mut rig = Rig::new();

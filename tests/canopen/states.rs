@@ -112,7 +112,8 @@ fn a_fault_is_reset_by_the_edge() {
 
 /// The option codes of quick stop: the ramp of the mode (1, 5) or its own (2, 6), then SWITCH ON DISABLED (1, 2) or
 /// QUICK STOP ACTIVE (5, 6). From 1000 internal units the ramp of acceleration 100 takes some 650 ms, that of 2047 some
-/// 32 ms: 1000 / 2^(PULSE_DIV 3) pulses of 16 MHz / 2^13 in a ramp of A * 16 MHz / 2^(RAMP_DIV 7 + 13) a second.
+/// 32 ms. These are 1000 / 2^(PULSE_DIV 3) pulses of 16 MHz / 2^13 in a ramp of A * 16 MHz / 2^(RAMP_DIV 7 + 13) a
+/// second.
 #[test]
 fn quick_stop_option_codes() {
     for (code, slow, lasts) in [(1, true, false), (2, false, false), (5, true, true), (6, false, true)] {

@@ -1,4 +1,5 @@
-//! Three nodes on one bus of 1 Mbit/s, each with four PDOs in both directions, and a master that sends SYNC every 2.5 ms.
+//! Three nodes on one bus of 1 Mbit/s, each with four PDOs in both directions, and a master that sends SYNC every 2.5
+//! ms.
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;

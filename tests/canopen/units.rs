@@ -1,7 +1,8 @@
 //! Velocities and accelerations in the three units of 208Ch, measured at the rotor.
 //!
-//! Expected is what the objects say in their unit, and for internal units what the datasheet's formulas say; measured is
-//! the way of the rotor over time. The two agree within 1 % or half a step of the motion controller, whichever is more.
+//! Expected is what the objects say in their unit, and for internal units what the datasheet's formulas say; measured
+//! is the way of the rotor over time. The two agree within 1 % or half a step of the motion controller, whichever is
+//! more.
 
 use crate::driving::{DISABLE_VOLTAGE, ENABLE, PP, PV, START, SWITCH_ON_DISABLED, VL};
 use crate::rig::Rig;
@@ -284,9 +285,9 @@ fn the_largest_values_of_a_unit() {
     }
 }
 
-/// In profile position mode the motion controller can brake from accelerations that PULSE_DIV allows alone: from
-/// (16 MHz)^2 / 2^(31 + 2 * PULSE_DIV) on, 7451 microsteps a second a second with PULSE_DIV 2, to which smaller ones are
-/// raised. With a lower 2087h the least acceleration is lower: with PULSE_DIV 4 it is 466.
+/// In profile position mode the motion controller can only brake from accelerations that PULSE_DIV allows. These are
+/// from (16 MHz)^2 / 2^(31 + 2 * PULSE_DIV) on. With PULSE_DIV 2 that is 7451 microsteps a second a second, to which
+/// smaller ones are raised. With a lower 2087h the least acceleration is lower: with PULSE_DIV 4 it is 466.
 #[test]
 fn the_least_acceleration_of_positioning() {
     for (largest, velocity, acceleration, expected) in
@@ -307,8 +308,8 @@ fn the_least_acceleration_of_positioning() {
     }
 }
 
-/// What a silent motion controller does not take changes nothing: neither the object that was written, nor those that follow
-/// from it, nor the unit in which speeds are told.
+/// A value that a silent motion controller does not take changes nothing. The object that was written stays as it was,
+/// and so do those that follow from it, and the unit in which speeds are told.
 #[test]
 fn a_unit_that_the_motion_controller_does_not_take_stays_as_it_was() {
     const SCALE: [u16; 5] = [0x2085, 0x2086, 0x2087, 0x2088, 0x208C];

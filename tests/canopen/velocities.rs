@@ -49,8 +49,8 @@ fn ramps() {
         rig.set(other.0, other.1, 2000);
         for velocity in [1000, 0] {
             turn(&mut rig, mode, velocity);
-            // 30 518 / 46 566 s = 655 ms, whose half is 328 ms; the way of it 46 566 / 2 * 0.328^2 = 2505, and of the
-            // rest of the ramp down the same.
+            // 30 518 / 46 566 s = 655 ms, whose half is 328 ms. The way of that half is 46 566 / 2 * 0.328^2 = 2505,
+            // and the rest of the ramp down has the same.
             let half = way(&mut rig, 328);
             let expected = if velocity == 0 { 10_005 - 2_505 } else { 2_505 };
             assert!((half - expected).abs() < 150, "{mode}, {velocity}: {half}");
@@ -124,7 +124,7 @@ fn the_motor_stands_between_two_modes() {
     assert_eq!((slowest, rig.signed(0x606C)), (0, 1000));
 }
 
-/// What was asked for before does not move a motor that is enabled anew, but a target velocity does.
+/// A move that was asked for before does not move a motor that is enabled anew, but a target velocity does.
 #[test]
 fn enabled_anew() {
     let mut rig = Rig::enabled(PP);

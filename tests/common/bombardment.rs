@@ -108,8 +108,8 @@ fn answer_of(bench: &Bench, sent: &Sent) -> Answer {
     Answer { source: sent.source, content: telegram[1..if version { 9 } else { 8 }].to_vec() }
 }
 
-/// All replies and events up to the first that is `wanted`, or for 400 ms of virtual time: a telegram pause of 255 ms
-/// and the writing of a few EEPROM pages.
+/// Takes all replies and events up to the first that is `wanted`, or for 400 ms of virtual time. That is enough for a
+/// telegram pause of 255 ms and the writing of a few EEPROM pages.
 fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
     let mut answers = Vec::new();
     for _ in 0..400 {

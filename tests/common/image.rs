@@ -6,16 +6,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-pub(crate) use fw::Built;
+pub(crate) use xtask::Built;
 
 /// Builds the flash image and returns its path. Panics if the image cannot be built.
 pub(crate) fn image() -> PathBuf {
-    built(fw::TMCL)
+    built(xtask::TMCL)
 }
 
 /// Builds the flash image of the CANopen firmware and returns its path. Panics if the image cannot be built.
 pub(crate) fn canopen() -> PathBuf {
-    built(fw::CANOPEN)
+    built(xtask::CANOPEN)
 }
 
 /// Builds the flash image of the TMCM-6110 and returns its path. Panics if the image cannot be built.
@@ -38,19 +38,19 @@ fn built(name: &str) -> PathBuf {
 
 /// Builds a flash image by its name; returns its path and the compiler's messages, or an error message.
 pub(crate) fn try_built(name: &str) -> Result<Built, String> {
-    fw::image(&directory(), name)
+    xtask::image(&directory(), name)
 }
 
 /// Builds another program for the microcontroller with these arguments of cargo; the error is a message.
 pub(crate) fn build(name: &str, arguments: &[&str]) -> Result<Built, String> {
-    fw::build(&directory(), name, arguments)
+    xtask::build(&directory(), name, arguments)
 }
 
 /// Builds a program whose workspace is another folder; the error is a message.
 pub(crate) fn build_in(folder: &Path, name: &str) -> Result<Built, String> {
-    fw::build_in(folder, &directory(), name, &[])
+    xtask::build_in(folder, &directory(), name, &[])
 }
 
 fn directory() -> PathBuf {
-    fw::programs().unwrap_or_else(|error| panic!("{error}")).join("..")
+    xtask::programs().unwrap_or_else(|error| panic!("{error}")).join("..")
 }

@@ -65,11 +65,12 @@ pub fn three_axes() -> &'static [u8] {
 /// A product with an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Product {
-    /// What its board consists of.
+    /// The parts of which its board consists.
     pub board: &'static BoardKind,
     /// The bytes of its image, which is built at the first call.
     pub image: fn() -> &'static [u8],
-    /// What its motion controllers have as the speed of a motor that turns at 500 (ROR): 500 pps are 524.3 units of a TMC5160.
+    /// The speed that its motion controllers have for a motor that turns at 500 (ROR): 500 pps are 524.3 units of a
+    /// TMC5160.
     pub turning: i32,
 }
 
@@ -141,7 +142,8 @@ impl Host {
         host
     }
 
-    /// A module of a product that was switched on a moment ago, with a fresh EEPROM, in the world that the text describes.
+    /// A module of a product that was switched on a moment ago, with a fresh EEPROM, in the world that the text
+    /// describes.
     pub fn just_on_of(product: Product, world: &str) -> Self {
         let world = WorldConfig::parse_for(product.board, world).unwrap();
         Self::on(Board::of_kind(product.board, &world, 0), (product.image)())
@@ -291,7 +293,7 @@ impl Host {
         Line::parse(line).unwrap().control.apply(&mut self.machine.board()).unwrap();
     }
 
-    /// What the world and the chips show of the axes.
+    /// Returns the states of the axes, as the world and the chips show them.
     pub fn states(&mut self) -> Vec<AxisState> {
         State::of(&self.machine.board()).axes
     }

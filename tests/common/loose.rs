@@ -80,7 +80,7 @@ impl SpiDevice for Loose {
     }
 }
 
-impl device::Board for Loose {
+impl device::Circuit for Loose {
     type Product = Tmcm1140;
     type Hardware = Tmc429Tmc262<Loose, SimSpi>;
     type Controllers = [Controller<Self::Hardware>; 1];

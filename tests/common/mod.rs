@@ -84,8 +84,8 @@ impl Bench {
         Bench { module: NativeModule::new(&WorldConfig::default(), Some(contents), 1) }
     }
 
-    /// A TMCM-1140 whose EEPROM has these contents, and which does the same at random as any other with this seed; it has
-    /// started.
+    /// A TMCM-1140 whose EEPROM has these contents, and which does the same at random as any other with this seed; it
+    /// has started.
     pub fn resumed(eeprom: &[u8], seed: u32) -> Self {
         Self::resumed_as(Product::Tmcm1140, eeprom, seed)
     }
@@ -97,7 +97,7 @@ impl Bench {
         bench
     }
 
-    /// What the module is.
+    /// Tells which product the module is.
     pub fn product(&self) -> Product {
         self.module.model().product()
     }

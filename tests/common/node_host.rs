@@ -54,8 +54,8 @@ impl NodeHost {
         NodeHost { host: Host::on(board, image()), node: 1, heard: Vec::new() }
     }
 
-    /// A node whose motor turns in profile velocity mode with 500 internal units, and which sends its heartbeat every 20
-    /// ms. Frames and log up to here have been looked at.
+    /// A node whose motor turns in profile velocity mode with 500 internal units, and which sends its heartbeat every
+    /// 20 ms. Frames and log up to here have been looked at.
     pub fn moving() -> Self {
         let mut rig = Self::new("");
         rig.set(0x1017, 0, 20);

@@ -1,5 +1,5 @@
-//! Products other than the TMCM-1140: the TMCM-1110, those with several axes, and one with three axes that exists in tests alone. Its
-//! parameters, commands and EEPROM are others than those of them all.
+//! Products other than the TMCM-1140: the TMCM-1110, those with several axes, and one with three axes that exists in
+//! tests alone. Its parameters, commands and EEPROM are others than those of them all.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -125,7 +125,7 @@ impl Wired for Three {
 
 /// A product with what its simulated board consists of.
 pub trait OnBoard: Wired + Product {
-    /// What the board consists of.
+    /// The parts of which the board consists.
     const BOARD: &'static BoardKind;
 }
 

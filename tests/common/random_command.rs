@@ -6,7 +6,8 @@ use tmcm::tmcl::{Command, Opcode, text};
 /// Number of commands of a program that these are meant for: addresses and jumps are hardly larger.
 pub const LENGTH: usize = 40;
 
-/// Any bytes at all, or a command whose fields mean something. 128 and up control the module and cannot be in a program.
+/// Any bytes at all, or a command whose fields mean something. 128 and up control the module and cannot be in a
+/// program.
 pub fn command(random: &mut Random) -> Command {
     let line = |text: String| text::parse(&text).unwrap();
     let (number, address) = (random.below(40), random.below(LENGTH as u64 + 2));

@@ -1,6 +1,6 @@
 //! A row of the tables that are typed independently of the firmware's own: a parameter as its manual has it.
 
-/// One parameter.
+/// A parameter as its manual has it.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     pub number: u8,

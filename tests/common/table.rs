@@ -106,8 +106,8 @@ fn without(rows: &[Row], numbers: &[u8]) -> Vec<Row> {
     rows.iter().filter(|row| !numbers.contains(&row.number)).copied().collect()
 }
 
-/// The axis parameters that the TMCM-6110 has, and the TMCM-3110 as well: those of the TMCM-1140 without its two encoders, and
-/// with a group index.
+/// The axis parameters that the TMCM-6110 has, and the TMCM-3110 as well: those of the TMCM-1140 without its two
+/// encoders, and with a group index.
 fn sisters_axis_rows() -> Vec<Row> {
     let rows = changed(
         AXIS_ROWS,

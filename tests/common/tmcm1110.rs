@@ -1,5 +1,6 @@
-//! The parameters of the TMCM-1110, typed from its firmware manual V1.03. What is not in the manual, or differs from it, is
-//! explained in `docs/tmcm1110.md`. Defaults that the manual does not give are those of a module whose settings are public.
+//! The parameters of the TMCM-1110, typed from its firmware manual V1.03. What is not in the manual, or differs from
+//! it, is explained in `docs/tmcm1110.md`. Defaults that the manual does not give are those of a module whose settings
+//! are public.
 
 use super::row::{ANY, FLAG, Row, read_only, stored, volatile};
 

@@ -1,5 +1,5 @@
-//! The axis parameters of the TMCM-3212: numbers and names are the vendor's own list, ranges are from the manual or follow
-//! from the width of a register. None of them is stored.
+//! The axis parameters of the TMCM-3212: numbers and names are the vendor's own list, ranges are from the manual or
+//! follow from the width of a register. None of them is stored.
 
 use super::row::{ANY, FLAG, Row, kept, read_only, volatile};
 

@@ -36,7 +36,7 @@ struct Played {
 }
 
 fn directory() -> PathBuf {
-    fw::workspace().unwrap().join("tests/frozen")
+    xtask::workspace().unwrap().join("tests/frozen")
 }
 
 fn play(path: PathBuf) -> Played {

@@ -9,10 +9,10 @@
 //! * `wait 500 ms`, `control press left`, `power cycle`, `power off`, `power on`, `usb off`, `usb on`
 //! * `look`: rotor, current and outputs of the world; `fresh`: a new module in the same world
 //!
-//! Behind ` -> ` stand the answers, one for each step that has an answer; a step that only lets time pass has one if
+//! Behind ` -> ` stand the answers, one for each step that has an answer. A step that only lets time pass has one if
 //! the module has sent something unasked. A reply of nine bytes with a right check sum is written as status and value.
-//! The value is left out if it is the value of the request and not zero; `:` and the command number follow if it is
-//! not the number of the request; `host<module` precedes the reply unless the addresses are 2 and 1. Other bytes are
+//! The value is left out if it is the value of the request and not zero; `:` and the command number follow if it is not
+//! the number of the request; `host<module` precedes the reply unless the addresses are 2 and 1. Other bytes are
 //! written in hexadecimal, a frame with its identifier, text in quotation marks. Another link than that of the request
 //! is named. `-` stands for no answer.
 //!

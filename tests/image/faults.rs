@@ -1,4 +1,4 @@
-//! Faults around and inside the microcontroller, with the very flash image: whatever goes wrong, no motor runs on
+//! Faults around and inside the microcontroller, with the very flash image. Whatever goes wrong, no motor runs on
 //! without a firmware that watches it, and the firmware says what has happened.
 
 use crate::common::image_host::{
@@ -85,8 +85,8 @@ fn a_driver_that_does_not_answer_stops_the_motor() {
     assert_eq!(host.speed(), 500);
 }
 
-/// A motion controller that does not answer any more, or a bus that reads all ones or all zeros: nobody knows what it
-/// does, so the driver is switched off, until the next start; the module answers and invents no values.
+/// A motion controller that does not answer any more, or a bus that reads all ones or all zeros. Nobody knows what the
+/// controller does, so the driver is switched off, until the next start. The module answers and invents no values.
 #[test]
 fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_off() {
     for (fault, limit) in [(Fault::Spi, 6), (Fault::Tmc429, 6), (Fault::SpiLow, 70)] {
@@ -249,8 +249,8 @@ fn a_supply_dip_stops_and_locks_the_motor_until_the_supply_is_back() {
     assert_eq!((host.rotor() - start, host.bridges_on(), host.machine.counters().starts), (5_120, true, 1));
 }
 
-/// A supply that is not there from the start, as the microcontroller lives on USB: a program that starts by itself waits
-/// for it.
+/// A supply that is not there from the start, as the microcontroller lives on USB: a program that starts by itself
+/// waits for it.
 #[test]
 fn a_program_does_not_start_before_there_is_a_supply() {
     let mut host = Host::new("");

@@ -1,4 +1,4 @@
-//! Faults of the firmware itself, in the very flash image: whatever hangs, faults or panics, the driver is off at the
+//! Faults of the firmware itself, in the very flash image. Whatever hangs, faults or panics, the driver is off at the
 //! latest with the reset, the motor stands, and the log says what has happened.
 
 use crate::common::image_host::{HANG, Host, PRODUCTS, Product, RECOVERY, START, UNDEFINED, assert_logged, code};
@@ -16,9 +16,10 @@ fn stopped_after(host: &mut Host, starts: u64) -> (u64, u64) {
     (off / MICROSECOND, (off + stop) / MICROSECOND)
 }
 
-/// The motion controller keeps its registers through a reset of the microcontroller and would run on. Whatever
-/// the reset - by the watchdog, after a panic, by command, by a dip of the microcontroller's supply - the first thing
-/// is to switch the driver off, here without a resistor that would do that by itself, and then to stop the controller.
+/// The motion controller keeps its registers through a reset of the microcontroller and would run on. The reset may
+/// come by the watchdog, after a panic, by command, or by a dip of the microcontroller's supply. The first thing is
+/// always to switch the driver off, here without a resistor that would do that by itself. Then the controller is
+/// stopped.
 #[test]
 fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
     type Reset = fn(&mut Host);
@@ -100,7 +101,7 @@ fn the_watchdog_restarts_a_module_whose_owner_hangs() {
     }
 }
 
-/// What thread mode does next, it does for ever: interrupts are served, but no task is run.
+/// Thread mode does for ever what it does next: interrupts are served, but no task is run.
 #[test]
 fn the_watchdog_restarts_a_module_whose_thread_mode_hangs() {
     let hang = |host: &mut Host| {

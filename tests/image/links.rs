@@ -186,8 +186,8 @@ fn can_at_all_bit_rates() {
 
 // ---- RS485 ----
 
-/// The transceiver is switched to sending before the first start bit, and back after the last stop bit: so soon that
-/// the next module on the bus, or the host, may begin a character later.
+/// The transceiver is switched to sending before the first start bit, and back after the last stop bit. This is so soon
+/// that the next module on the bus, or the host, may begin a character later.
 #[test]
 fn rs485_is_released_right_after_the_last_stop_bit_at_all_baud_rates() {
     let mut host = Host::new("");
@@ -216,8 +216,8 @@ fn rs485_is_released_right_after_the_last_stop_bit_at_all_baud_rates() {
     }
 }
 
-/// What the core is busy with, whatever its phase to the request, the reply begins after the request's stop bit; and at
-/// once if nothing else goes on.
+/// The reply begins after the request's stop bit, whatever the core is busy with, and whatever its phase to the
+/// request. It begins at once if nothing else goes on.
 #[test]
 fn rs485_replies_begin_when_the_stop_bit_of_the_request_is_over() {
     let mut host = Host::new("");
@@ -296,8 +296,8 @@ fn an_event_that_comes_while_a_reply_goes_out_follows_it() {
     }
 }
 
-/// As many replies as there were requests, however close together these come - up to as many as the controller has room
-/// for, three to be read and three to be sent - and the event behind its reply.
+/// As many replies come as there were requests, however close together the requests are, and the event comes behind its
+/// reply. The controller must have room for all of them: for three to be read and three to be sent.
 #[test]
 fn all_requests_over_can_are_answered() {
     for (value, bit_rate) in [(8, 1_000_000), (7, 500_000), (2, 20_000)] {
@@ -390,7 +390,7 @@ fn the_external_encoder_is_counted_and_cleared_at_its_null() {
     host.ok("SAP 216, 0, 0");
     near(go(&mut host, 5_000), counted(5_000));
     near(go(&mut host, -5_000), counted(-5_000));
-    // Zeroed at full speed each time its null track rises, which is the edge bit 4 chooses, or each time it falls, which
+    // Zeroed at full speed each time its null track rises, which is the edge bit 4 chooses, or each time it falls. That
     // is one count further on, whichever way it goes.
     let [rising, falling] = [16, 0].map(|edge| {
         let bits = 3264 + 4 + 8 + edge;

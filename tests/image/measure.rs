@@ -10,7 +10,7 @@ use bench::canopen::Subject as Node;
 use bench::host::Link;
 use bench::{interrupts, run};
 
-/// What it says when it fails.
+/// Returns the message with which the program fails.
 fn error(arguments: &[&str]) -> String {
     let arguments: Vec<String> = arguments.iter().map(|&argument| argument.into()).collect();
     run(&arguments).unwrap_err().to_string()

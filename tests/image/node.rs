@@ -1,5 +1,5 @@
-//! The flash image of the CANopen firmware on the emulated microcontroller: boot-up, SDO, PDOs and SYNC, the drive, node
-//! ID and bit rate, and what is at the other pins.
+//! The flash image of the CANopen firmware on the emulated microcontroller: boot-up, SDO, PDOs and SYNC, the drive,
+//! node ID and bit rate, and what is at the other pins.
 
 use crate::common::image_host::{Host, NOT_AVAILABLE, OK, START};
 use crate::common::node_host::{ENABLE, GO, NodeHost, PP};
@@ -123,7 +123,7 @@ fn another_node_id_and_bit_rate_are_used_after_a_reset() {
     }
 }
 
-/// What cannot be in the EEPROM, or what a later firmware may have left there.
+/// Values that cannot be in the EEPROM, or that a later firmware may have left there.
 #[test]
 fn a_stored_node_id_or_bit_rate_that_is_none_counts_as_its_default() {
     for (node, rate) in [(0, 1000), (128, 1000), (-1, 0), (1, 10), (1, 333), (1, 1001), (1, i32::MAX), (300, -1)] {
@@ -135,7 +135,7 @@ fn a_stored_node_id_or_bit_rate_that_is_none_counts_as_its_default() {
     }
 }
 
-/// One image after the other on the same module: each has its own settings, until the other one saves.
+/// Two images, one after the other, on the same module: each has its own settings, until the other one saves.
 #[test]
 fn one_firmware_flashed_over_the_other_has_its_own_settings() {
     let mut tmcl = Host::new("");

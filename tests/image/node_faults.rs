@@ -1,5 +1,5 @@
-//! Faults on the bus, around and inside the microcontroller, with the flash image of the CANopen firmware: whatever goes
-//! wrong, no motor runs on without a firmware that watches it, and the master is told.
+//! Faults on the bus, around and inside the microcontroller, with the flash image of the CANopen firmware. Whatever
+//! goes wrong, no motor runs on without a firmware that watches it, and the master is told.
 
 use crate::common::image_host::{HANG, START, assert_logged, code, symbol_in};
 use crate::common::node_host::{ENABLE, NodeHost, PV, image};
@@ -98,7 +98,7 @@ fn while_busy(rig: &mut NodeHost, frames: &[(u32, &[u8])]) {
     rig.run(2 * MILLISECOND);
 }
 
-/// There are three mailboxes; the fourth PDO gets the first one that is free.
+/// The controller has three mailboxes; the fourth PDO gets the first one that is free.
 #[test]
 fn four_pdos_follow_a_sync_without_a_gap() {
     let mut rig = synchronous();
@@ -127,7 +127,7 @@ fn frames_that_find_no_room_are_told_and_push_no_sync_out() {
     assert_eq!((rig.read(0x1001, 0), rig.host.machine.counters().starts), (0x11, 1));
 }
 
-/// What comes while the node is busy acts in the order in which it came, though SYNC has a queue of its own.
+/// Frames that come while the node is busy act in the order in which they came, though SYNC has a queue of its own.
 #[test]
 fn a_pdo_acts_with_the_sync_after_it() {
     let mut rig = synchronous();
@@ -140,8 +140,8 @@ fn a_pdo_acts_with_the_sync_after_it() {
     assert_eq!(rig.read(0x6040, 0), 7);
 }
 
-/// All mailboxes hold PDOs that lose against the traffic of others; an emergency message, which would win, does not wait
-/// behind them.
+/// All mailboxes hold PDOs that lose against the traffic of others; an emergency message, which would win, does not
+/// wait behind them.
 #[test]
 fn an_emergency_message_does_not_wait_behind_pdos() {
     let mut rig = synchronous();
@@ -171,8 +171,8 @@ fn the_boot_up_message_is_the_first() {
     assert_eq!(said[1..].iter().map(|(_, data)| data[1]).collect::<Vec<_>>(), [0x81, 0], "error passive, and its end");
 }
 
-/// Emergency messages all have the same identifier. The third one gets the mailbox of a heartbeat, the lowest in number,
-/// which the controller would empty before the others.
+/// Emergency messages all have the same identifier. The third one gets the mailbox of a heartbeat, the lowest in
+/// number, which the controller would empty before the others.
 #[test]
 fn emergency_messages_keep_their_order() {
     let mut rig = NodeHost::moving();
@@ -287,7 +287,7 @@ fn without_a_motion_controller_the_driver_stays_off_and_the_node_is_in_fault() {
     }
 }
 
-/// One that falls silent while the motor turns: the bridges go off, until the next start.
+/// A motion controller that falls silent while the motor turns: the bridges go off, until the next start.
 #[test]
 fn a_motion_controller_that_does_not_answer_any_more_ends_in_fault_with_the_driver_off() {
     for (fault, limit) in [(Fault::Spi, 6), (Fault::Tmc429, 6), (Fault::SpiLow, 70)] {

@@ -1,5 +1,5 @@
-//! The number of a node, and its settings, in the flash image: nothing goes out while the number is unknown, bits that flip and
-//! supplies that fail leave all or nothing, and what is lost is told.
+//! The number of a node, and its settings, in the flash image. Nothing goes out while the number is unknown. Bits that
+//! flip and supplies that fail leave all or nothing, and what is lost is told.
 
 use crate::common::image_host::{START, assert_logged};
 use crate::common::node_host::{NodeHost, PV};
@@ -83,8 +83,8 @@ fn without_its_eeprom_the_node_is_silent_until_it_is_told_a_number() {
     rig.enable(PV);
 }
 
-/// The EEPROM answers again, within a second the node starts as after power-on. One that is busy for longer than the start
-/// waits is asked again, too.
+/// The EEPROM answers again, within a second the node starts as after power-on. One that is busy for longer than the
+/// start waits is asked again, too.
 #[test]
 fn an_eeprom_that_answers_again() {
     let eeprom = saved();
@@ -107,8 +107,8 @@ fn an_eeprom_that_answers_again() {
     }
 }
 
-/// A restart by the master, and one by the watchdog, with an EEPROM that has gone silent: the number is kept. Without the
-/// supply it is not.
+/// A restart by the master, and one by the watchdog, with an EEPROM that has gone silent: the number is kept. Without
+/// the supply it is not.
 #[test]
 fn a_restart_keeps_the_number() {
     let mut rig = started(&saved(), true);
@@ -133,8 +133,8 @@ fn a_restart_keeps_the_number() {
     assert_silent(&mut rig);
 }
 
-/// The pads that bring back the factory settings say as well that the node may be node 1: with an EEPROM that is silent, and
-/// with one whose page with the number is bad.
+/// The pads that bring back the factory settings say as well that the node may be node 1. This is so with an EEPROM
+/// that is silent, and with one whose page with the number is bad.
 #[test]
 fn the_pads_tell_a_number() {
     let mut flipped = saved();
@@ -194,8 +194,8 @@ fn bits_that_flip() {
     }
 }
 
-/// The supply fails at a hundred moments of a save, of what is written behind it, and of a restore: all values are old, or all
-/// are new, and there is no fault.
+/// The supply fails at a hundred moments of a save, of what is written behind it, and of a restore. All values are old,
+/// or all are new, and there is no fault.
 #[test]
 fn supplies_that_fail() {
     let eeprom = saved();

@@ -1,8 +1,8 @@
 //! Endurance of the CANopen image: the motor goes to and fro by PDOs on a bus that is busy for four fifths of the time.
 //!
-//! A minute of virtual time, or with `SOAK=1` an hour. In each cycle of about 5 ms the master sends four PDOs, the SYNC and
-//! an SDO request, and other nodes talk to each other before and behind. Nothing of it may be lost, and the firmware runs
-//! on without a restart.
+//! A minute of virtual time, or with `SOAK=1` an hour. In each cycle of about 5 ms the master sends four PDOs, the SYNC
+//! and an SDO request, and other nodes talk to each other before and behind. Nothing of it may be lost, and the
+//! firmware runs on without a restart.
 
 use std::env;
 
@@ -10,8 +10,8 @@ use crate::common::node_host::{ENABLE, NodeHost, PV};
 use crate::common::random::Random;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
-/// Half of the most by which a cycle is longer or shorter than [`CYCLE`], in microseconds: so the SYNC meets the turn of
-/// each millisecond at all distances.
+/// Half of the most by which a cycle is longer or shorter than [`CYCLE`], in microseconds: so the SYNC meets the turn
+/// of each millisecond at all distances.
 const JITTER: Nanos = 500;
 const CYCLE: Nanos = 5 * MILLISECOND;
 /// Of 100 bits the bus carries so many, within a few.
@@ -26,7 +26,7 @@ const HEARTBEAT: u32 = 100;
 const OBJECTS: [(u16, Option<u32>); 5] =
     [(0x1000, Some(0x0004_0192)), (0x1001, Some(0)), (0x6041, None), (0x6064, None), (0x6060, Some(PV))];
 
-/// What has happened.
+/// Counts of what has happened.
 #[derive(Debug, Default)]
 struct Tally {
     cycles: u64,
@@ -57,8 +57,8 @@ fn noise(random: &mut Random) -> (u32, Vec<u8>) {
     (kind + node, (0..length).map(|_| random.below(256) as u8).collect())
 }
 
-/// One cycle: sends all that has to be sent in it, and checks what the node answers. The velocity is that at which the
-/// motor is to turn; it has to do so already if `attained`.
+/// Carries out one cycle: sends all that has to be sent in it, and checks what the node answers. The velocity is that
+/// at which the motor is to turn; it has to do so already if `attained`.
 fn cycle(rig: &mut NodeHost, random: &mut Random, velocity: i32, attained: bool, tally: &mut Tally) {
     let span = CYCLE - JITTER * MICROSECOND + random.below(2 * JITTER) * MICROSECOND;
     let budget = span / MICROSECOND * LOAD / 100;

@@ -1,6 +1,6 @@
-//! A firmware of one's own: the folder `examples/own-firmware`, copied to where no checkout is, builds as it is but for the
-//! place of the checkout, and its user function turns the motor on the emulated microcontroller. `docs/own-firmware.md`
-//! tells of it.
+//! A firmware of one's own: the folder `examples/own-firmware`, copied to where no checkout is. It builds as it is but
+//! for the place of the checkout, and its user function turns the motor on the emulated microcontroller.
+//! `docs/own-firmware.md` tells of it.
 
 use crate::common::image;
 use crate::common::image_host::{Host, LOADED, NOT_AVAILABLE, OK, ONE_AXIS, Product, assert_logged};
@@ -47,7 +47,7 @@ fn copy(root: &Path) -> Elsewhere {
 /// The bytes of the image, which is built at the first call.
 fn own() -> &'static [u8] {
     static IMAGE: LazyLock<Vec<u8>> = LazyLock::new(|| {
-        let elsewhere = copy(&fw::workspace().unwrap());
+        let elsewhere = copy(&xtask::workspace().unwrap());
         let built = image::build_in(&elsewhere.0, "own-firmware").unwrap_or_else(|error| panic!("{error}"));
         assert!(!built.messages.contains("warning"), "{}", built.messages);
         fs::read(built.path).unwrap()
@@ -55,7 +55,7 @@ fn own() -> &'static [u8] {
     &IMAGE
 }
 
-/// What runs it.
+/// The product on which the firmware runs.
 const OWN: Product = Product { image: own, ..ONE_AXIS };
 
 /// Sets the analog input, and gives the firmware the time to measure it.

@@ -47,7 +47,7 @@ fn nothing_in_the_core_can_panic_and_a_panic_would_be_found() {
 /// Every public function of the core is called in its image, by its name at least.
 #[test]
 fn everything_public_is_called() {
-    let root = fw::workspace().unwrap();
+    let root = xtask::workspace().unwrap();
     let files = fs::read_dir(root.join("tests/panic_free/src/calls")).unwrap().map(|entry| entry.unwrap().path());
     let files = files.chain([root.join("tests/panic_free/src/calls.rs")]);
     let calls: String = files.map(|path| fs::read_to_string(path).unwrap()).collect();
@@ -102,7 +102,7 @@ fn left_in(path: &Path) -> (BTreeMap<String, usize>, BTreeSet<String>) {
 
 /// The lines of the list: a file and how many of its places can panic, or the text of one of defmt's panics.
 fn known() -> Vec<String> {
-    let list = fs::read_to_string(fw::workspace().unwrap().join("tests/panic_free/known.txt")).unwrap();
+    let list = fs::read_to_string(xtask::workspace().unwrap().join("tests/panic_free/known.txt")).unwrap();
     list.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).map(Into::into).collect()
 }
 
@@ -117,8 +117,8 @@ fn what_can_panic_in_the_image_is_known() {
     assert!(found.len() > 50, "{found:?}");
 }
 
-/// The images of the CANopen firmware and of the sisters have no place that the first one lacks; some of that one's they do
-/// without.
+/// The images of the CANopen firmware and of the sisters have no place that the first one lacks; some of that one's
+/// they do without.
 #[test]
 fn nothing_more_can_panic_in_the_other_images() {
     let known = known();

@@ -1,5 +1,5 @@
-//! What the image of the TMCM-1140 does with the pins, held against the start of the published firmware of its closest
-//! sibling, whose board may be wired alike: no pin that is an input there may be driven here, for then two outputs work
+//! The use of the pins by the image of the TMCM-1140, held against the start of the published firmware of its closest
+//! sibling, whose board may be wired alike. No pin that is an input there may be driven here, for then two outputs work
 //! against each other.
 
 use crate::common::image_host::{Host, START, image};
@@ -46,8 +46,8 @@ const INPUTS: [Pin; 21] = [
     (E, 11),
 ];
 
-/// Outputs of both firmwares that may start with any level: the LEDs, and SWDIO, which is driven while the firmware looks
-/// whether the pads are connected.
+/// Outputs of both firmwares that may start with any level: the LEDs, and SWDIO, which is driven while the firmware
+/// looks whether the pads are connected.
 const EITHER: [Pin; 3] = [(C, 4), (C, 5), (A, 13)];
 
 /// The levels of the pins that the microcontroller drives now.
@@ -74,8 +74,8 @@ fn an_output_is_one_of_the_siblings_and_starts_with_its_level() {
     }
 }
 
-/// OUT0 and OUT1 are off as long as nobody has switched them on: the level that the sibling starts with is that of an output
-/// that is off. The pull-up resistors are on.
+/// OUT0 and OUT1 are off as long as nobody has switched them on: the level that the sibling starts with is that of an
+/// output that is off. The pull-up resistors are on.
 #[test]
 fn the_outputs_keep_the_level_they_start_with_until_they_are_switched() {
     let [out0, out1, pull_ups] = [(D, 10), (D, 11), (D, 14)];
@@ -96,8 +96,8 @@ fn the_outputs_keep_the_level_they_start_with_until_they_are_switched() {
     assert_eq!(levels(&mut host), [true; 3]);
 }
 
-/// The emulated board has its inputs at inputs of the sibling's; A and B of the encoder are at those that a timer can count.
-/// That the image reads them there is seen wherever a test turns the encoder or closes a switch.
+/// The emulated board has its inputs at inputs of the sibling's; A and B of the encoder are at those that a timer can
+/// count. That the image reads them there is seen wherever a test turns the encoder or closes a switch.
 #[test]
 fn the_emulated_board_has_inputs_where_the_sibling_has() {
     let Pinout { inputs, encoder, outputs, pull_ups, .. } = Pinout::TMCM_1140;
@@ -107,7 +107,7 @@ fn the_emulated_board_has_inputs_where_the_sibling_has() {
     assert!([outputs, pull_ups].concat().iter().all(|pin| high.contains(pin)), "{outputs:?}, {pull_ups:?}");
 }
 
-/// What ends the run of this image on a board with these pins.
+/// Runs this image on a board with these pins, and returns what ends the run.
 fn stop(pinout: &'static Pinout) -> String {
     let board = Board::new(&WorldConfig::parse("").unwrap(), 0);
     let mut machine = Machine::wired(image(), board, pinout).unwrap();

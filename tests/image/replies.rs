@@ -14,7 +14,7 @@ type Type = fn(&mut Host, &str) -> String;
 /// Longer than the EEPROM takes for a page.
 const STORED: Nanos = 30 * MILLISECOND;
 
-/// What comes back over USB when this is typed.
+/// Types this, and returns what comes back over USB.
 fn type_usb(host: &mut Host, text: &str) -> String {
     host.machine.usb().send(text.as_bytes());
     host.hear_usb(STORED).escape_ascii().to_string()
@@ -49,8 +49,8 @@ fn a_reply_to_another_module_is_not_executed_where_replies_have_the_own_identifi
     assert_eq!((answer.id, answer.data, host.ok("GGP 100, 2")), (5, [5, 100, 9, 0, 0, 0, 0, 0], 0));
 }
 
-/// While a program takes its full fuel and the motor turns, a request over CAN is answered between two slices: the frames
-/// of request and reply take 111 us each, and at most 66 us pass between them.
+/// While a program takes its full fuel and the motor turns, a request over CAN is answered between two slices. The
+/// frames of request and reply take 111 us each, and at most 66 us pass between them.
 #[test]
 fn requests_over_can_are_answered_between_the_slices_of_a_program() {
     let mut host = Host::new("");
@@ -158,8 +158,8 @@ fn what_is_asked_behind_a_late_reply_is_answered_behind_it() {
     }
 }
 
-/// With parameter 255 a store is not answered, and does not keep the link waiting for that: neither a telegram behind
-/// it, nor the change to ASCII mode, nor a line.
+/// With parameter 255 a store is not answered, and does not keep the link waiting for that. This holds for a telegram
+/// behind it, for the change to ASCII mode, and for a line.
 #[test]
 fn a_late_reply_that_is_suppressed_does_not_block_the_link() {
     type Say = fn(&mut Host, &[u8]) -> Vec<u8>;
@@ -192,8 +192,8 @@ fn a_late_reply_that_is_suppressed_does_not_block_the_link() {
     }
 }
 
-/// A cable is pulled while one reply lies in the port, another waits for that, and a third one waits behind it: the next
-/// connection gets none of them.
+/// A cable is pulled while one reply lies in the port, another waits for that, and a third one waits behind it: the
+/// next connection gets none of them.
 #[test]
 fn replies_of_one_usb_connection_do_not_come_on_the_next() {
     let mut host = Host::new("");

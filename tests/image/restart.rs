@@ -112,7 +112,7 @@ fn faulty() -> Host {
     host
 }
 
-/// What the log says of a start, and whether LED2 is lit.
+/// Returns the lines of the log on a start, and whether LED2 is lit.
 fn started(host: &mut Host) -> (Vec<String>, bool) {
     host.run(TOLD);
     assert_eq!(host.machine.counters().starts, 2);
@@ -150,7 +150,7 @@ fn a_damaged_note_is_not_believed() {
 
 // ---- The motor driver ----
 
-/// Some instructions after each reset ENN is driven high, and stays so until the module has been set up: a pin that is
+/// Some instructions after each reset ENN is driven high, and stays so until the module has been set up. A pin that is
 /// only pulled up is at the mercy of what is around it. In a fault it is driven, too.
 #[test]
 fn enn_is_driven_high_from_the_first_moment_of_each_start_and_in_a_fault() {

@@ -1,5 +1,5 @@
-//! The very flash image of the TMCM-6110: six axes at their pins, each in its own world, on all links; and it answers what
-//! the virtual module answers. What becomes of faults in the firmware itself stands in `firmware_faults.rs`.
+//! The very flash image of the TMCM-6110: six axes at their pins, each in its own world, on all links; and it answers
+//! what the virtual module answers. What becomes of faults in the firmware itself stands in `firmware_faults.rs`.
 
 use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, SIX_AXES, START, assert_logged, request, six_axes};
 use crate::common::{Bench, telegram};
@@ -35,9 +35,9 @@ fn it_boots_and_answers_on_all_links() {
     assert_eq!(host.said_to(&telegram("136, 0, 0, 0"), 50 * MILLISECOND)[1..], *b"6110V146");
 }
 
-/// A line of the ASCII interface is read in the handler of its last character, which may come at any moment of a datagram on
-/// the motion bus: with six axes turning there are some twelve a millisecond. A line of 63 characters takes that handler
-/// longer than a word on the bus.
+/// A line of the ASCII interface is read in the handler of its last character, which may come at any moment of a
+/// datagram on the motion bus. With six axes turning there are some twelve datagrams a millisecond. A line of 63
+/// characters takes that handler longer than a word on the bus.
 #[test]
 fn a_line_may_end_at_any_moment_of_a_datagram() {
     let mut host = Host::of(SIX_AXES, "");
@@ -66,8 +66,8 @@ fn a_product_whose_microcontroller_is_not_known_has_no_image() {
     assert_eq!(told.as_deref(), Some("the image cannot be used: no microcontroller is known for the TMCM-3110"));
 }
 
-/// What each axis does, what its world does to it meanwhile, where its rotor then stands, as far as that is known to a few
-/// microsteps, and its error flags (parameter 207).
+/// The task of an axis, what its world does to it meanwhile, where its rotor then stands, and its error flags
+/// (parameter 207). The place of the rotor is known to a few microsteps, if at all.
 type Task = (&'static [&'static str], Option<&'static str>, Option<i64>, i32);
 const TASKS: [Task; 6] = [
     (&["SAP 4, 0, 1500", "MVP ABS, 0, 23456"], None, Some(23_456), 0),
@@ -82,8 +82,8 @@ const TASKS: [Task; 6] = [
 const WORLD: &str = "[[axis]]\n[[axis]]\nstage.home = [4000, 4200]\nstage.left = -20000\n[[axis]]\n[[axis]]\n\
     stage.right = 9000\n[[axis]]\nmotor.start = -77\nstage.left = -9000\n[[axis]]\n";
 
-/// One axis moves, one searches, one stalls, two run into switches, one loses its driver, all at the same time; and each
-/// rotor is where its own world says. The virtual module does and shows the same.
+/// Six axes have their tasks at the same time: one moves, one searches, one stalls, two run into switches, one loses
+/// its driver. Each rotor is where its own world says. The virtual module does and shows the same.
 #[test]
 fn six_axes_do_six_things_at_once() {
     let (mut image, mut core) = (Host::of(SIX_AXES, WORLD), Bench::of_in_world(Product::Tmcm6110, WORLD));
@@ -206,8 +206,8 @@ fn what_is_stored_survives_until_the_pads_are_connected() {
     assert_eq!(host.ok("GGP 1, 2"), 7);
 }
 
-/// Either motion controller that does not answer, from the start on or while all motors turn, and all drivers are off until
-/// the next start. The module answers, and moves nothing.
+/// Either motion controller that does not answer, from the start on or while all motors turn, and all drivers are off
+/// until the next start. The module answers, and moves nothing.
 #[test]
 fn one_silent_motion_controller_switches_all_drivers_off() {
     for (axis, from_the_start) in [(0, true), (3, true), (0, false), (5, false)] {
@@ -286,9 +286,9 @@ fn the_events_of_all_axes_find_their_way_over_busy_links() {
     }
 }
 
-/// All that can be read of the module and of each axis, the clock and random numbers left out: before and after all that
-/// can be stored has been given another value, which differs from axis to axis as far as its range allows. And what is
-/// refused.
+/// All that can be read of the module and of each axis, the clock and random numbers left out. It is read before and
+/// after all that can be stored has been given another value, which differs from axis to axis as far as its range
+/// allows. The test reads what is refused, too.
 #[test]
 fn image_and_virtual_module_give_the_same_replies() {
     let (mut image, mut core) = (Host::of(SIX_AXES, ""), Bench::of(Product::Tmcm6110));

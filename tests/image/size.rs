@@ -7,8 +7,8 @@ use std::path::Path;
 
 use object::{Object, ObjectSection, SectionFlags, elf};
 
-/// Budgets of the design, in bytes: flash, and RAM without the stack; those of the CANopen firmware, of the TMCM-6110, and of
-/// the TMCM-3212.
+/// Budgets of the design, in bytes: flash, and RAM without the stack; those of the CANopen firmware, of the TMCM-6110,
+/// and of the TMCM-3212.
 const FLASH_MAX: u64 = 128 * 1024;
 const RAM_MAX: u64 = 48 * 1024;
 const CANOPEN_FLASH_MAX: u64 = 160 * 1024;
@@ -70,8 +70,8 @@ fn size_of(path: &Path) -> Size {
 #[test]
 fn image_keeps_within_its_budget() {
     for (built, flash, ram) in [
-        (image::try_built(fw::TMCL), FLASH_MAX, RAM_MAX),
-        (image::try_built(fw::CANOPEN), CANOPEN_FLASH_MAX, CANOPEN_RAM_MAX),
+        (image::try_built(xtask::TMCL), FLASH_MAX, RAM_MAX),
+        (image::try_built(xtask::CANOPEN), CANOPEN_FLASH_MAX, CANOPEN_RAM_MAX),
         (image::try_built("tmcm6110"), SIX_AXES_FLASH_MAX, SIX_AXES_RAM_MAX),
         (image::try_built("tmcm3212"), THREE_AXES_FLASH_MAX, THREE_AXES_RAM_MAX),
     ] {

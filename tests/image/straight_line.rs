@@ -1,5 +1,5 @@
-//! A straight line of three axes on the flash images of the TMCM-6110 and of the TMCM-3212, whose turns take their time: the
-//! rotors keep to it as those of the virtual modules do.
+//! A straight line of three axes on the flash images of the TMCM-6110 and of the TMCM-3212, whose turns take their
+//! time. The rotors keep to it as those of the virtual modules do.
 
 use crate::common::image_host::{Host, Product, SIX_AXES, THREE_AXES};
 use hal_sim::clock::{MILLISECOND, Nanos};

@@ -1,5 +1,5 @@
-//! The very flash image of the TMCM-3212: three axes at their pins, each in its own world, on all links; and it answers what
-//! the virtual module answers. What becomes of faults in the firmware itself stands in `firmware_faults.rs`.
+//! The very flash image of the TMCM-3212: three axes at their pins, each in its own world, on all links; and it answers
+//! what the virtual module answers. What becomes of faults in the firmware itself stands in `firmware_faults.rs`.
 
 use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, START, THREE_AXES, assert_logged, three_axes};
 use crate::common::{Bench, telegram};
@@ -34,18 +34,18 @@ fn it_boots_and_answers_on_all_links() {
     assert_eq!(host.said_to(&telegram("136, 0, 0, 0"), 50 * MILLISECOND)[1..], *b"3212V105");
 }
 
-/// What each axis does, what its world does to it meanwhile, where its rotor then stands, as far as that is known to a few
-/// microsteps, and its error flags (parameter 207).
+/// The task of an axis, what its world does to it meanwhile, where its rotor then stands, and its error flags
+/// (parameter 207). The place of the rotor is known to a few microsteps, if at all.
 type Task = (&'static [&'static str], Option<&'static str>, Option<i64>, i32);
 
-/// One moves, one searches, one stalls.
+/// Tasks of three axes: one moves, one searches, one stalls.
 const MOVE_SEARCH_STALL: [Task; 3] = [
     (&["SAP 4, 0, 100000", "SAP 5, 0, 200000", "SAP 17, 0, 100000", "MVP ABS, 0, 123456"], None, Some(123_456), 0),
     (&["SAP 193, 1, 7", "RFS START, 1"], None, Some(4_100), 0),
     (&["SAP 174, 2, 1", "SAP 181, 2, 20000", "ROR 2, 40000"], Some("load 1 2"), None, 1),
 ];
-/// Two run into their switches, one of which stops with a ramp, and one loses its driver. The ramp takes v^2 / 2 a = 30000^2 /
-/// (2 * 51200) = 8 789 microsteps.
+/// Two run into their switches, one of which stops with a ramp, and one loses its driver. The ramp takes v^2 / 2 a =
+/// 30000^2 / (2 * 51200) = 8 789 microsteps.
 const SWITCHES_AND_SHORT: [Task; 3] = [
     (&["ROR 0, 30000"], None, Some(9_000), 0),
     (&["SAP 26, 1, 1", "ROL 1, 30000"], None, Some(-17_789), 0),
@@ -153,8 +153,8 @@ fn switches_inputs_and_outputs_are_at_their_pins() {
     }
 }
 
-/// Global settings, coordinates and the program survive, settings of axes do not; the two pads, connected while the module is
-/// switched on, bring the settings of the factory back, and leave the program.
+/// Global settings, coordinates and the program survive, settings of axes do not. The two pads, connected while the
+/// module is switched on, bring the settings of the factory back, and leave the program.
 #[test]
 fn what_is_stored_survives_until_the_pads_are_connected() {
     let mut host = Host::of(THREE_AXES, "");
@@ -186,9 +186,9 @@ fn what_is_stored_survives_until_the_pads_are_connected() {
     assert_eq!(host.ok("GGP 5, 2"), 7);
 }
 
-/// A chip that does not answer, from the start on or while all motors turn, and all drivers are off. The module answers, and
-/// moves nothing until the next start; but a chip that answers again and tells that it was reset is set up at once, as the one
-/// that did not answer from its power-on.
+/// A chip that does not answer, from the start on or while all motors turn, and all drivers are off. The module
+/// answers, and moves nothing until the next start. But a chip that answers again and tells that it was reset is set up
+/// at once, as the one that did not answer from its power-on.
 #[test]
 fn one_silent_chip_switches_all_drivers_off() {
     for (axis, from_the_start) in [(0, true), (2, true), (1, false)] {
@@ -225,8 +225,8 @@ fn one_silent_chip_switches_all_drivers_off() {
     }
 }
 
-/// A chip that its supply has reset forgets all. Its motor stands, with its position known, and the move counts as cut short;
-/// the others go on. It is set up again, and moves when it is told to.
+/// A chip that its supply has reset forgets all. Its motor stands, with its position known, and the move counts as cut
+/// short; the others go on. It is set up again, and moves when it is told to.
 #[test]
 fn a_chip_reset_by_its_supply_is_set_up_again_with_its_motor_at_rest() {
     let mut host = Host::of(THREE_AXES, "");
@@ -241,7 +241,8 @@ fn a_chip_reset_by_its_supply_is_set_up_again_with_its_motor_at_rest() {
     let [first, reset, last] = host.speeds()[..] else { panic!("three axes") };
     assert_eq!((first > 0, reset, last), (true, 0, first));
     assert!(host.bridges_on());
-    // A second at 20 000 microsteps a second less the ramp, 20000 - 20000^2 / (2 * 51200), and up to 50 ms for telegrams.
+    // A second at 20 000 microsteps a second less the ramp, 20000 - 20000^2 / (2 * 51200), and up to 50 ms for
+    // telegrams.
     let position = host.ok("GAP 1, 1");
     assert!((16_094..17_094).contains(&position), "{position}");
     assert_eq!((host.ok("GAP 2, 1"), host.ok("GAP 6, 1")), (0, 200));
@@ -256,9 +257,9 @@ fn a_chip_reset_by_its_supply_is_set_up_again_with_its_motor_at_rest() {
     assert!((25_600 - 512..=25_600 + 512).contains(&way), "{way}");
 }
 
-/// All that can be read of the module and of each axis, the clock and random numbers left out: before and after all that
-/// can be set of the axes has been given another value, which differs from axis to axis as far as its range allows. And what
-/// is refused.
+/// All that can be read of the module and of each axis, the clock and random numbers left out. It is read before and
+/// after all that can be set of the axes has been given another value. This value differs from axis to axis as far as
+/// its range allows. The test reads what is refused, too.
 #[test]
 fn image_and_virtual_module_give_the_same_replies() {
     let (mut image, mut core) = (Host::of(THREE_AXES, ""), Bench::of(Product::Tmcm3212));

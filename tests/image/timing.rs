@@ -6,8 +6,8 @@ use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::Act;
 
-/// Times between the readings of a moving motor, in microseconds, over a span: a reading begins with the first datagram to
-/// a motion chip after a pause of a tenth of a millisecond.
+/// Times between the readings of a moving motor, in microseconds, over a span. A reading begins with the first datagram
+/// to a motion chip after a pause of a tenth of a millisecond.
 fn reading_periods(host: &mut Host, span: Nanos) -> Vec<u64> {
     const STEP: Nanos = 2 * MICROSECOND;
     let end = host.machine.now() + span;
@@ -55,7 +55,8 @@ fn readings_come_each_half_millisecond() {
     }
 }
 
-/// The emulator passes over waiting: it must not pass over its end. A word of 16 bits on the motion bus takes 2 048 cycles.
+/// The emulator passes over waiting: it must not pass over its end. A word of 16 bits on the motion bus takes 2 048
+/// cycles.
 #[test]
 fn a_wait_for_the_motion_bus_ends_with_the_word() {
     let mut host = Host::new("");
@@ -76,8 +77,8 @@ fn a_wait_for_the_motion_bus_ends_with_the_word() {
 /// Clock of the motion controller.
 const CLOCK: f64 = 16e6;
 
-/// A move takes the time of the datasheet's formulas: v = f V / (2^PULSE_DIV * 2048 * 32), a = f^2 A / 2^(PULSE_DIV +
-/// RAMP_DIV + 29), here with the default divisors 3 and 7.
+/// A move takes the time of the datasheet's formulas, here with the default divisors 3 and 7. They are v = f V /
+/// (2^PULSE_DIV * 2048 * 32) and a = f^2 A / 2^(PULSE_DIV + RAMP_DIV + 29).
 #[test]
 fn a_move_takes_the_time_of_the_formula() {
     let mut host = Host::new("");

@@ -5,8 +5,8 @@ use hal_sim::clock::{MILLISECOND, SECOND};
 use crate::common::image_host::{Host, OK, decoded};
 use crate::common::telegram;
 
-/// Sends telegrams in one go, and asserts that all are answered with status 100 although the first, which stores
-/// something, takes its time; events of command 138 may come in between.
+/// Sends telegrams in one go, and asserts that all are answered with status 100, although the first stores something
+/// and takes its time. Events of command 138 may come in between.
 fn assert_all_answered(host: &mut Host, lines: &[&str]) {
     let bytes: Vec<u8> = lines.iter().flat_map(|line| telegram(line)).collect();
     host.machine.usb().send(&bytes);

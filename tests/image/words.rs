@@ -1,4 +1,4 @@
-//! What is there for people alone is in no image: names and notes of parameters, names of objects.
+//! Texts that are there for people alone are in no image: names and notes of parameters, names of objects.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use crate::common::image;
 /// The fewest characters of a text that is looked for: a shorter one may be a part of something else.
 const LONG: usize = 12;
 
-/// What an image has in the microcontroller's memory.
+/// Reads the bytes that an image has in the microcontroller's memory.
 fn loaded(path: PathBuf) -> Vec<u8> {
     let contents = std::fs::read(path).unwrap();
     let file = object::File::parse(&*contents).unwrap();

@@ -45,7 +45,7 @@ fn finds_what_is_taken_from_a_motion_chip() {
 
 /// The folder with these files of a crate.
 fn written(name: &str, files: &[(&str, &str)]) -> PathBuf {
-    let folder = fw::programs().unwrap().join("layers").join(name);
+    let folder = xtask::programs().unwrap().join("layers").join(name);
     for (path, text) in files {
         let path = folder.join(path);
         fs::create_dir_all(path.parent().unwrap()).unwrap();

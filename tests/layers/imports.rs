@@ -1,10 +1,10 @@
 //! Finds which file of a crate imports which other file.
 //!
-//! A crate is read from its root by its `mod` lines, `#[path]` included. Every path in a file - in a `use`, or anywhere
-//! in code, tests too - that begins with `crate`, `super` or `self`, with a child module, or with a name that a `use`
-//! of the file has brought in, is followed to the file that *defines* the named item: through modules, and through
-//! every re-export on the way. So `use super::Axis` leads to `axis.rs` also where the parent says `pub use axis::Axis`.
-//! A name from `use x::*` counts if the file mentions the name.
+//! A crate is read from its root by its `mod` lines, `#[path]` included. Paths are taken from the whole of a file: from
+//! each `use`, and from anywhere in code, tests too. A path counts if it begins with `crate`, `super` or `self`, with a
+//! child module, or with a name that a `use` of the file has brought in. It is followed to the file that *defines* the
+//! named item, through modules, and through every re-export on the way. So `use super::Axis` leads to `axis.rs` also
+//! where the parent says `pub use axis::Axis`. A name from `use x::*` counts if the file mentions the name.
 //!
 //! These do not count:
 //! * `mod` lines, and re-exports (`pub use`, `pub(crate) use` ...) from the file's own children, unless the file's own

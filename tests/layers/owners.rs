@@ -1,9 +1,9 @@
 //! Finds the types of a crate, the methods of each, and the calls of its own methods from file to file.
 //!
-//! A method is what an inherent `impl` has, with `self` or without, or a free function that takes the type by `&mut`: that
-//! is the same in other clothes. A call is `self.method()`, or the same with any name that stands for `self`: a parameter
-//! of this type, `let module = self`; `Self::method`; and the path of a method or of such a function. Types are told apart
-//! by the paths of their definitions, which `imports.rs` finds.
+//! A method is what an inherent `impl` has, with `self` or without, or a free function that takes the type by `&mut`:
+//! that is the same in other clothes. A call is `self.method()`, or the same with any name that stands for `self`: a
+//! parameter of this type, `let module = self`; `Self::method`; and the path of a method or of such a function. Types
+//! are told apart by the paths of their definitions, which `imports.rs` finds.
 //!
 //! Not seen are test modules, methods of traits, what macros make, and a closure's parameter whose type is not written.
 
@@ -23,8 +23,8 @@ use crate::tokens::tokens;
 #[derive(Debug, Default)]
 pub(crate) struct Owner {
     pub(crate) fields: usize,
-    /// By their paths from the root of the crate. `impl`s for different parameters of the type may share names, in files
-    /// of their own.
+    /// By their paths from the root of the crate. `impl`s for different parameters of the type may share names, in
+    /// files of their own.
     pub(crate) methods: BTreeMap<Vec<String>, BTreeSet<PathBuf>>,
     /// The calls between files: from, to, and the names of the methods.
     pub(crate) calls: Imports,
@@ -293,7 +293,7 @@ impl<'a> Visit<'a> for Calls<'_> {
         visit::visit_local(self, local);
     }
 
-    /// What a macro takes need not be Rust; but a call of `self` looks like one.
+    /// The tokens that a macro takes need not be Rust; but a call of `self` looks like Rust.
     fn visit_macro(&mut self, given: &'a Macro) {
         for four in tokens(&given.tokens.to_string()).windows(4) {
             match *four {

@@ -14,7 +14,7 @@ const MOST_FUNCTIONS: usize = 20;
 const MOST_LINES: usize = 100;
 /// The most fields that an axis may have, and what it is made of.
 const MOST_FIELDS: usize = 14;
-/// What may have more: a search is data that is worked out once.
+/// Types that may have more: a search is data that is worked out once.
 const DATA: [&str; 1] = ["Search"];
 #[test]
 fn traits_functions_and_axes_are_small() {
@@ -55,7 +55,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    /// Those of a file with this text.
+    /// Takes the sizes of a file with this text.
     fn of(file: &Path, text: &str) -> Self {
         let mut sizes = Sizes { file: file.to_path_buf(), ..Sizes::default() };
         sizes.visit_file(&syn::parse_file(text).unwrap());
@@ -81,8 +81,8 @@ impl Visit<'_> for Sizes {
     }
 }
 
-/// The functions of a source that is formatted as rustfmt does it: the last brace of a function has the column of its first
-/// word.
+/// The functions of a source that is formatted as rustfmt does it: the last brace of a function has the column of its
+/// first word.
 fn functions(text: &str) -> Vec<(&str, usize)> {
     let lines: Vec<_> = text.lines().collect();
     let begun = |line: &str| line.split_whitespace().any(|word| word == "fn");

@@ -1,4 +1,4 @@
-//! The words of sources: what they do not name, not even in comments, and how their comments begin.
+//! Names and numbers that sources do not name, not even in comments.
 
 use std::collections::BTreeSet;
 
@@ -65,26 +65,6 @@ fn numbers_of_parameters(text: &str) -> Vec<u32> {
         }
     }
     numbers
-}
-
-/// How a comment begins that does not name its subject.
-const SUBJECTLESS: [&str; 4] = ["It", "What", "The same", "That"];
-/// The modules whose comments are looked at.
-const NAMED: [&str; 5] = ["motion", "device", "chip", "param", "product"];
-#[test]
-fn comments_of_items_name_their_subject() {
-    for (file, text, _) in NAMED.iter().flat_map(|module| files_of(module)) {
-        let mut before = "";
-        for line in text.lines().map(str::trim_start) {
-            let begins =
-                line.starts_with("///") && !before.starts_with("///") || line.starts_with("//!") && before.is_empty();
-            let words = line.trim_start_matches(['/', '!', ' ']);
-            let subjectless =
-                SUBJECTLESS.iter().any(|word| words.strip_prefix(word).is_some_and(|rest| rest.starts_with(' ')));
-            assert!(!(begins && subjectless), "{}: {line}", file.display());
-            before = line;
-        }
-    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The tools know no operating system: they run in a browser as well, where files, threads and clocks do not exist, and where
-//! `Instant::now` panics.
+//! The tools know no operating system: they run in a browser as well, where files, threads and clocks do not exist, and
+//! where `Instant::now` panics.
 
 use std::fs;
 
@@ -26,7 +26,7 @@ const WORDS: [&str; 14] = [
     "rustix",
 ];
 
-/// What of the world around a program a source uses, test modules apart.
+/// Lists what a source uses of the world around a program, test modules apart.
 fn used(source: &str) -> Vec<&str> {
     let tokens = without_tests(tokens(source));
     let words = tokens.iter().copied().filter(|token| WORDS.contains(token));

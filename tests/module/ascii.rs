@@ -20,7 +20,7 @@ struct Terminal {
 const USB: Terminal = Terminal { source: Source::Usb, client: Client(0) };
 const RS485: Terminal = Terminal { source: Source::Rs485, client: Client(0) };
 
-/// What reaches a terminal in so many milliseconds, and how; nobody else is to hear anything.
+/// Returns what reaches a terminal in so many milliseconds, escaped; nobody else is to hear anything.
 fn hear(bench: &mut Bench, terminal: Terminal, milliseconds: u64) -> String {
     bench.run(milliseconds * MILLISECOND);
     let mut bytes = Vec::new();
@@ -164,7 +164,8 @@ fn every_listed_command_works() {
     assert_eq!((status, captured), (100, ask(&mut bench, "AGAP 1, 0").1));
 }
 
-/// The lines of the TMCM-6110's manual, section 5.5, and the same commands for each of its axes; the TMCM-3110 has three.
+/// The lines of the TMCM-6110's manual, section 5.5, and the same commands for each of its axes; the TMCM-3110 has
+/// three.
 #[test]
 fn lines_name_their_axis() {
     for product in [Product::Tmcm3110, Product::Tmcm6110] {
@@ -297,8 +298,9 @@ fn there_and_back_in_one_go() {
     assert!(reply.ends_with("BA 100 0\\rBA 100 0\\r\\x02\\x01d\\n\\x00\\x00\\x00\\x00q"), "{reply}");
 }
 
-/// Right behind BIN a line feed is the end of its line. After a silence it is the first byte of a telegram, an address of
-/// 10, also of one with a wrong checksum, which is answered as such and takes no byte of the next.
+/// Right behind BIN a line feed is the end of its line. After a silence it is the first byte of a telegram, an address
+/// of 10. This is so for a telegram with a wrong checksum, too, which is answered as such and takes no byte of the
+/// next.
 #[test]
 fn a_line_feed_after_bin_and_a_silence() {
     let mut broken = binary::encode_command(10, text::parse("GAP 4").unwrap());

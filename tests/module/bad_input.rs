@@ -1,5 +1,5 @@
-//! What must not bring the module down: broken telegrams, noise, a motion bus that is stuck, and telegrams made of
-//! random numbers.
+//! Input that must not bring the module down: broken telegrams, noise, a motion bus that is stuck, and telegrams made
+//! of random numbers.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tmcm_sim::{Product, VirtualModule};
@@ -125,7 +125,7 @@ fn noise_on_the_line() {
     }
 }
 
-/// One telegram right behind the other needs no silence in between.
+/// A telegram right behind another one needs no silence in between.
 #[test]
 fn telegrams_back_to_back() {
     let mut wire = Wire::new();

@@ -20,7 +20,7 @@ impl Bus {
         Bus(Fleet::new(&WorldConfig::default(), &vec![None; modules], 1))
     }
 
-    /// What modules say within a time.
+    /// Returns what modules say within a time.
     fn listen(&mut self, span: Nanos) -> Vec<(u16, Vec<u8>)> {
         self.0.run(span);
         let heard = std::iter::from_fn(|| self.0.can()).filter(|heard| matches!(heard.from, Node::Module(_)));
@@ -70,7 +70,7 @@ fn a_reply_is_as_long_as_its_request() {
     }
 }
 
-/// What enters the vendor's boot loader is never answered; with other operands it is refused.
+/// A command that enters the vendor's boot loader is never answered; with other operands it is refused.
 #[test]
 fn the_boot_loader_entry_is_not_answered() {
     let mut bus = Bus::new(1);
@@ -180,7 +180,7 @@ fn foreign_traffic_does_not_make_a_reply_a_request() {
     }
 }
 
-/// What looks like a reply is none if nobody was asked for it, or for another value.
+/// A frame that looks like a reply is none if nobody was asked for it, or for another value.
 #[test]
 fn requests_are_not_taken_for_replies() {
     let mut bus = Bus::new(3);

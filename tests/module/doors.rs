@@ -170,8 +170,8 @@ fn links_change_when_no_reply_waits_any_more() {
     }
 }
 
-/// A move that begins in the very moment in which a heartbeat is missed is stopped with the next poll, although the motion
-/// controller has hardly begun with it; it makes no step.
+/// A move that begins in the very moment in which a heartbeat is missed is stopped with the next poll. The motion
+/// controller has hardly begun with it then, and the motor makes no step.
 #[test]
 fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
     for (parameter, silent, other) in [(68, Source::Usb, CAN), (82, CAN, Source::Usb)] {
@@ -201,7 +201,8 @@ fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
     }
 }
 
-/// Replies that wait to be fetched are nobody's any more when their host is gone; those of the other links stay, in order.
+/// Replies that wait to be fetched are nobody's any more when their host is gone; those of the other links stay, in
+/// order.
 #[test]
 fn replies_to_a_host_that_is_gone_are_dropped() {
     for (gone, left) in
@@ -218,8 +219,8 @@ fn replies_to_a_host_that_is_gone_are_dropped() {
     }
 }
 
-/// With global parameter 255 a link that waits is told that there will be no reply, and in its turn; another one's reply
-/// keeps its place.
+/// With global parameter 255 a link that waits is told that there will be no reply, and in its turn; another one's
+/// reply keeps its place.
 #[test]
 fn a_suppressed_reply_is_due_like_any_other() {
     let mut core = Core::new();
@@ -236,8 +237,8 @@ fn a_suppressed_reply_is_due_like_any_other() {
     assert!(!core.module.awaits(Source::Rs485));
 }
 
-/// A link that is busy takes its events later; while none is taken they stay those of the axes that have arrived, and a new
-/// request of the same host leaves them. When the host is gone, or another one asks, they are nobody's any more.
+/// A link that is busy takes its events later. While none is taken they stay those of the axes that have arrived, and a
+/// new request of the same host leaves them. When the host is gone, or another one asks, they are nobody's any more.
 #[test]
 fn events_wait_for_their_link() {
     let event = |source: Source| {

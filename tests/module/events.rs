@@ -9,7 +9,7 @@ fn events(bench: &mut Bench) -> Vec<(u8, u8, i32)> {
     bench.listen(5 * SECOND).iter().map(|event| (event.status, event.opcode, event.value)).collect()
 }
 
-/// What the module says when motor 0 has arrived.
+/// The event that the module sends when motor 0 has arrived.
 const ARRIVED: [(u8, u8, i32); 1] = [(128, 138, 1)];
 const NOTHING: [(u8, u8, i32); 0] = [];
 

@@ -12,7 +12,7 @@ fn post(bench: &mut Bench, source: Source, client: Client, line: &str) {
     bench.module.hear(source, client, &telegram(line));
 }
 
-/// What is said within a time: to whom, status, number of the command, value.
+/// Returns what is said within a time: to whom, status, number of the command, value.
 fn said(bench: &mut Bench, milliseconds: u64) -> Vec<(Source, Client, u8, u8, i32)> {
     bench.run(milliseconds * MILLISECOND);
     std::iter::from_fn(|| bench.module.sent())
@@ -23,7 +23,7 @@ fn said(bench: &mut Bench, milliseconds: u64) -> Vec<(Source, Client, u8, u8, i3
         .collect()
 }
 
-/// Who does not share a link.
+/// The client that does not share a link.
 const ALONE: Client = Client(0);
 const MVP: &str = "MVP REL, 0, 20000";
 
@@ -101,8 +101,8 @@ fn the_next_host_on_usb_finds_the_link_as_at_the_start() {
     }
 }
 
-/// Where several share the link, as the connections to a TCP port do, the event goes to the one who has asked last, and
-/// to nobody when that one is gone; then nobody has to be waited for either.
+/// Where several share the link, as the connections to a TCP port do, the event goes to the one who has asked last.
+/// When that one is gone it goes to nobody, and nobody has to be waited for either.
 #[test]
 fn an_event_goes_to_who_has_asked_last_or_to_nobody() {
     let [one, two, three] = [1, 2, 3].map(Client);

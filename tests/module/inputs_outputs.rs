@@ -103,8 +103,8 @@ fn analog_inputs() {
     }
 }
 
-/// Ports 1 and 2 of bank 1 of the TMCM-1110 are the supply and the 5 V of its logic, behind dividers; OUT2 to OUT4 are its
-/// PWMU lines, and digital inputs beside AIN_0 its PWMD lines.
+/// Ports 1 and 2 of bank 1 of the TMCM-1110 are the supply and the 5 V of its logic, behind dividers; OUT2 to OUT4 are
+/// its PWMU lines, and digital inputs beside AIN_0 its PWMD lines.
 #[test]
 fn ports_of_a_tmcm_1110() {
     let mut bench = Bench::of(Product::Tmcm1110);

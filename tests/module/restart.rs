@@ -40,7 +40,8 @@ fn software_reset() {
     assert_eq!((bench.ok("GAP 4, 0"), bench.ok("GAP 5, 0"), bench.ok("GGP 3, 2")), (321, 1000, 0));
 }
 
-/// Power that is switched on while it is on changes nothing, neither in the firmware nor in the chips; and so it is with off.
+/// Power that is switched on while it is on changes nothing, neither in the firmware nor in the chips; and so it is
+/// with off.
 #[test]
 fn power_that_is_as_it_is_wanted() {
     let mut bench = Bench::new();
@@ -66,8 +67,8 @@ fn power_that_is_as_it_is_wanted() {
     assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 1, 0")), (0, 0));
 }
 
-/// Update tools take the next nine bytes for the answer to something else, so what enters the vendor's boot loader is
-/// never answered, also where 255 suppresses nothing; with other operands it is refused.
+/// Update tools take the next nine bytes for the answer to something else. So a command that enters the vendor's boot
+/// loader is never answered, also where 255 suppresses nothing. With other operands it is refused.
 #[test]
 fn boot_loader_entry() {
     let entry = Command::ENTER_BOOTLOADER;
@@ -88,8 +89,8 @@ fn boot_loader_entry() {
     }
 }
 
-/// From 255 on, requests are neither executed nor answered, on any link, and the program stands; what was asked before is
-/// finished and answered.
+/// From 255 on, requests are neither executed nor answered, on any link, and the program stands; what was asked before
+/// is finished and answered.
 #[test]
 fn what_comes_after_255_is_lost() {
     let mut bench = Bench::new();
@@ -123,8 +124,8 @@ fn what_comes_after_255_is_lost() {
     assert_eq!(bench.ok("GAP 2, 0"), 0);
 }
 
-/// A supply that comes back between 255 and the restart starts nothing, or the program would go on storing while nobody is
-/// heard.
+/// A supply that comes back between 255 and the restart starts nothing, or the program would go on storing while nobody
+/// is heard.
 #[test]
 fn no_program_starts_before_a_restart() {
     let mut bench = Bench::new();

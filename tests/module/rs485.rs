@@ -281,8 +281,8 @@ fn text_on_the_bus_is_over_with_a_silence() {
     }
 }
 
-/// Module 2 has the host's letter: replies and echoes of the others are nothing to it, and its own lines are echoed
-/// as a whole, since the first character does not say yet that they are no replies.
+/// Module 2 has the host's letter. Replies and echoes of the others are nothing to it. Its own lines are echoed as a
+/// whole, since the first character does not say yet that they are no replies.
 #[test]
 fn nobody_echoes_replies_of_others() {
     let mut bus = Bus::new();

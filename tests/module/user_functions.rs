@@ -16,14 +16,14 @@ use tmcm_sim::native::{Simulated, parts};
 /// Status of a reply: the command was stored in program memory.
 const LOADED: u8 = 101;
 
-/// UF0 remembers a value, UF1 adds, UF2 refuses. UF3 has commands carried out, UF4 calls the method of which its type is the
-/// number, and UF5 doubles the accumulator of a program. The others are as they were.
+/// UF0 remembers a value, UF1 adds, UF2 refuses. UF3 has commands carried out, UF4 calls the method of which its type
+/// is the number, and UF5 doubles the accumulator of a program. The others are as they were.
 #[derive(Default)]
 struct Functions {
     memory: i32,
-    /// What UF3 has carried out.
+    /// Commands that UF3 has carried out.
     commands: Vec<Command>,
-    /// What became of each.
+    /// The result of each of these commands.
     done: Vec<Result<i32, Status>>,
     /// Number of calls of UF5.
     calls: u32,
@@ -70,8 +70,9 @@ fn named(module: &mut impl Execute, method: u8, motor: u8, value: i32) -> Result
     }
 }
 
-/// Methods of [`Execute`]: which command each is short for, with # and $ for motor and value, and which of these to try:
-/// first what is done, then what is refused, as with values out of range and axes, banks and ports that there are none of.
+/// Methods of [`Execute`]: which command each is short for, with # and $ for motor and value, and which of these to
+/// try. First comes what is done, then what is refused, as with values out of range and axes, banks and ports that do
+/// not exist.
 type Method = (&'static str, &'static [(u8, i32)], &'static [(u8, i32)]);
 const NAMED: [Method; 12] = [
     ("GAP $, #", &[(0, 4), (0, 1)], &[(1, 4), (0, 255)]),

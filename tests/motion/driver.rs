@@ -168,8 +168,8 @@ fn datagrams(bench: &mut Bench, act: impl FnOnce(&mut Bench)) -> (u64, u64) {
     (after.0 - before.0, after.1 - before.1)
 }
 
-/// The poll spends one datagram a millisecond on the rotating readings, every fourth time on the driver; and, while the motor
-/// moves, one on its position.
+/// The poll spends one datagram a millisecond on the rotating readings, every fourth time on the driver; and, while the
+/// motor moves, one on its position.
 #[test]
 fn the_poll_keeps_to_its_datagrams() {
     const SPAN: Nanos = SECOND;
@@ -184,8 +184,8 @@ fn the_poll_keeps_to_its_datagrams() {
     }
 }
 
-/// While the motor stands a millisecond has one poll, and while it moves two, half a millisecond apart: the first reads the
-/// position, the second has the rotating reading. So nobody waits for two datagrams in a row.
+/// While the motor stands a millisecond has one poll, and while it moves two, half a millisecond apart: the first reads
+/// the position, the second has the rotating reading. So nobody waits for two datagrams in a row.
 #[test]
 fn the_two_datagrams_of_a_moving_motor_are_half_a_millisecond_apart() {
     let mut bench = Bench::new();
@@ -208,8 +208,8 @@ fn the_two_datagrams_of_a_moving_motor_are_half_a_millisecond_apart() {
     }
 }
 
-/// What a command costs on the bus: nothing without the chips, nor a target speed in a positioning mode, one datagram for a
-/// position, one for a new target while positioning.
+/// The cost of a command on the bus: nothing without the chips, nor for a target speed in a positioning mode. A
+/// position costs one datagram, and so does a new target while positioning.
 #[test]
 fn commands_cost_few_datagrams() {
     let mut bench = Bench::new();

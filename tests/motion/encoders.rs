@@ -4,8 +4,8 @@
 use crate::common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
-/// An ABN encoder of 2 000 lines on a 200-step motor: 8 000 counts a turn, 6.4 microsteps each, so that a
-/// prescaler of 6.4 * 512 = 3277 (3276.8) makes it count microsteps; its index is where the rotor starts.
+/// An ABN encoder of 2 000 lines on a 200-step motor: 8 000 counts a turn, 6.4 microsteps each. So a prescaler of 6.4 *
+/// 512 = 3277 (3276.8) makes it count microsteps. The index is where the rotor starts.
 const ABN: &str = "[abn]\nlines = 2000\n";
 
 fn go(bench: &mut Bench, target: i32) {
@@ -85,8 +85,8 @@ fn the_external_encoder_is_zeroed_by_its_null_track() {
     }
 }
 
-/// A stored parameter 217 that asks for the next N event has it zero the encoder after a power cycle and after a restart as well.
-/// The N track is passed at 51 200; a count is 6.375 microsteps in place of 6.4.
+/// A stored parameter 217 that asks for the next N event has it zero the encoder after a power cycle and after a
+/// restart as well. The N track is passed at 51 200; a count is 6.375 microsteps in place of 6.4.
 #[test]
 fn a_stored_null_setting_waits_for_its_event_after_each_start() {
     for restart in [false, true] {
@@ -124,8 +124,9 @@ fn the_reversed_shaft() {
     }
 }
 
-/// A reference search makes both encoders zero where it makes the position zero, because deviations count from there. The
-/// external encoder needs the pins of the switches, so the search by them finds one that stands at a number of its own.
+/// A reference search makes both encoders zero where it makes the position zero, because deviations count from there.
+/// The external encoder needs the pins of the switches, so the search by them finds one that stands at a number of its
+/// own.
 #[test]
 fn a_reference_search_zeroes_both_encoders() {
     let mut bench = Bench::in_world("[motor]\nstart = 10000\n[stage]\nleft = -30000\nright = 200000\n");
@@ -161,8 +162,8 @@ fn zeroing_is_exact_at_speed() {
     }
 }
 
-/// Each N event clears the position of the external encoder, also while a program is busy: between the polls that look at
-/// the inputs its slices must not use up what the encoder has noted. A lost event would show as a second turn.
+/// Each N event clears the position of the external encoder, also while a program is busy. Between the polls that look
+/// at the inputs its slices must not use up what the encoder has noted. A lost event would show as a second turn.
 #[test]
 fn no_null_event_is_lost_while_a_program_is_busy() {
     const TURN: i32 = 51_200;

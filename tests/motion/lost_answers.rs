@@ -1,17 +1,18 @@
-//! Lost answers on the motion bus, on all products: of one a command is none the worse, wherever it is lost; with three in a
-//! row the command is refused, and the motors do what they did before it.
+//! Lost answers on the motion bus, on all products. If one is lost, a command is none the worse, wherever that is. If
+//! three in a row are lost, the command is refused, and the motors do what they did before it.
 
 use crate::common::{Bench, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm_sim::{Product, VirtualModule};
 
-/// What a command finds, and commands for that. In a line `%` stands for a speed of the product, and `#` for each of the axes.
+/// The situation that a command finds, and commands for that. In a line `%` stands for a speed of the product, and `#`
+/// for each of the axes.
 struct Scene {
     prepare: &'static [&'static str],
     commands: &'static [&'static str],
 }
 
-/// One axis, or a group.
+/// Scenes with one axis, or with a group.
 const SCENES: [Scene; 4] = [
     Scene {
         prepare: &[],
@@ -40,11 +41,11 @@ fn speed(product: Product) -> i32 {
     if product == Product::Tmcm3212 { 20_000 } else { 500 }
 }
 
-/// Microsteps that a motor makes at that speed in some half a millisecond, by which a datagram more may delay a command: at
-/// worst it is then executed after the next poll.
+/// Microsteps that a motor makes at that speed in some half a millisecond. A datagram more may delay a command by that
+/// time: at worst it is then executed after the next poll.
 const DELAY: u64 = 16;
 
-/// What is seen of one axis.
+/// State of one axis, as the test sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seen {
     rotor: i64,
@@ -52,7 +53,7 @@ struct Seen {
     parameters: [(u8, i32); 6],
 }
 
-/// Which datagrams lose their answers, counted from the command on.
+/// The datagrams that lose their answers, counted from the command on.
 #[derive(Clone, Copy, Debug)]
 struct Lost {
     after: u64,
@@ -221,8 +222,8 @@ fn lost_answers_of_a_set_of_axes() {
     }
 }
 
-/// What reaches the motors while nothing is answered is taken back as soon as the chips answer again, if that is before they are
-/// given up.
+/// A command that reaches the motors while nothing is answered is taken back as soon as the chips answer again, if that
+/// is before they are given up.
 #[test]
 fn a_command_into_a_silent_bus_is_taken_back() {
     for product in Product::ALL {

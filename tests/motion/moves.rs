@@ -79,8 +79,8 @@ fn mst_interrupts_a_move_along_the_ramp() {
     let at = bench.rotor();
     bench.ok("MST 0");
     bench.run(SECOND);
-    // v^2 / 2a = 30 517.6 * 65.536 ms / 2 = 1000 microsteps, within two of where its steps fall in the ramp's, and up to two
-    // milliseconds of the telegram.
+    // v^2 / 2a = 30 517.6 * 65.536 ms / 2 = 1000 microsteps. The way is within two of that, by where its steps fall in
+    // the ramp's, and up to two milliseconds of the telegram longer.
     assert!((998..1100).contains(&(bench.rotor() - at)), "{}", bench.rotor() - at);
     assert_eq!(bench.ok("GAP 3, 0"), 0);
     assert_eq!(bench.ok("GAP 0, 0"), 100_000);
@@ -88,8 +88,8 @@ fn mst_interrupts_a_move_along_the_ramp() {
     assert_eq!(bench.ok("GAP 138, 0"), 2);
 }
 
-/// Divisors change in ramp mode, for whose moment the target of the chip is where the motor stands: it moves nothing, however far
-/// the last target is, and however steep the ramp.
+/// Divisors change in ramp mode, for whose moment the target of the chip is where the motor stands. Nothing moves,
+/// however far the last target is, and however steep the ramp.
 #[test]
 fn divisors_that_change_at_standstill_move_nothing() {
     let mut bench = Bench::new();

@@ -87,7 +87,7 @@ fn acceleration_takes_the_computed_time() {
     assert_near("deceleration", v / a, expected, 0.01);
 }
 
-/// What a positioning move must be, whatever the divisors.
+/// A positioning move, which must be right whatever the divisors.
 struct Move {
     acceleration: i32,
     speed: i32,
@@ -146,10 +146,10 @@ impl Move {
     }
 }
 
-/// Speed near the end, over runs of eight steps: never above what the acceleration can still brake, so that
-/// the last steps come at or near the stop speed of 1. The ramp generator works in units of one internal
-/// velocity step and of a microstep, steps leave on pulse ticks only, and the velocity, changed once a ramp
-/// tick by A/256, lags up to five ramp ticks behind the braking law: so much is allowed.
+/// Checks the speed near the end, over runs of eight steps. It is never above what the acceleration can still brake, so
+/// that the last steps come at or near the stop speed of 1. The ramp generator works in units of one internal velocity
+/// step and of a microstep, and steps leave on pulse ticks only. The velocity, changed once a ramp tick by A/256, lags
+/// up to five ramp ticks behind the braking law. So much is allowed.
 fn check_arrival(trace: &Trace, a: f64, acceleration: i32, pulse_div: u32) -> Result<(), String> {
     const RUN: usize = 8;
     let unit = pps(1, pulse_div);
@@ -226,8 +226,8 @@ fn every_divisor_pair_brakes_along_its_ramp_odd() {
     every_divisor_pair((1..=13).step_by(2));
 }
 
-/// The check above must see a wrong PMUL: with PDIV one too small p is doubled and the motor overshoots,
-/// with PMUL halved by PDIV one too large it arrives late.
+/// The check above must see a wrong PMUL. With PDIV one too small p is doubled and the motor overshoots; with PMUL
+/// halved by PDIV one too large it arrives late.
 #[test]
 fn a_wrong_braking_parameter_is_caught() {
     let good = Move { acceleration: 1000, speed: 1000, ramp_div: 7, pulse_div: 3 };

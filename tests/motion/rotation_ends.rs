@@ -1,5 +1,6 @@
-//! A rotation ends at the stop switch that has stopped it: parameter 2 is 0 once the motor stands there, and the motor does not
-//! turn again by itself when the switch opens. Published host software waits for that 0. A positioning move keeps its target.
+//! A rotation ends at the stop switch that has stopped it. Parameter 2 is 0 once the motor stands there, and the motor
+//! does not turn again by itself when the switch opens. Published host software waits for that 0. A positioning move
+//! keeps its target.
 
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
@@ -20,8 +21,8 @@ struct Motor {
 }
 
 impl Motor {
-    /// The motors of all products, both ways, with their switches in force and slow ramps: at its speed a motor brakes for a
-    /// second (TMC5160) or a third of one.
+    /// The motors of all products, both ways, with their switches in force and slow ramps: at its speed a motor brakes
+    /// for a second (TMC5160) or a third of one.
     fn each() -> impl Iterator<Item = Motor> {
         let products = [
             (Product::Tmcm1140, 0),
@@ -97,8 +98,8 @@ fn a_switch_ends_a_rotation_and_lets_it_begin_again_in_any_way() {
         motor.rotate(motor.turn);
         motor.turns(1);
         motor.hand("press");
-        // The chip stops it with the next step; the poll behind that may be a millisecond away, and sees a speed of 0 that is
-        // up to fifteen milliseconds old.
+        // The chip stops it with the next step; the poll behind that may be a millisecond away, and sees a speed of 0
+        // that is up to fifteen milliseconds old.
         motor.bench.run(20 * MILLISECOND);
         motor.stands("the switch is closed");
         motor.rotate(motor.turn);
@@ -178,8 +179,8 @@ fn short_presses(motor: &mut Motor, within: Nanos) {
     }
 }
 
-/// A motor that turns as fast as these is somewhere else in each millisecond, so that a short press is seen however seldom the
-/// switch is read.
+/// A motor that turns as fast as these is somewhere else in each millisecond, so that a short press is seen however
+/// seldom the switch is read.
 #[test]
 fn a_short_press_ends_it() {
     for mut motor in Motor::each() {
@@ -243,7 +244,8 @@ fn a_positioning_keeps_its_target_and_goes_on() {
     }
 }
 
-/// What the chip does not take of the end, because datagrams or their answers are lost, it is told by the polls that follow.
+/// A part of the end that the chip does not take, because datagrams or their answers are lost, is told to it by the
+/// polls that follow.
 #[test]
 fn an_end_that_the_chip_does_not_take_is_told_again() {
     for (after, whole) in (0..12).flat_map(|after| [(after, false), (after, true)]) {

@@ -1,10 +1,11 @@
 //! Soak: random moves, rotations, reference searches, programs, faults and power cuts, one after another, across the
-//! points where a counter of milliseconds changes its sign or wraps. Each of them has to do with one axis; on a product with
-//! several, the others may be on their way meanwhile. After each of them rotor, chip and firmware agree on where each motor
-//! is, the tick timer on how late it is, and the EEPROM has what was acknowledged.
+//! points where a counter of milliseconds changes its sign or wraps. Each of them has to do with one axis; on a product
+//! with several, the others may be on their way meanwhile. After each of them rotor, chip and firmware agree on where
+//! each motor is, the tick timer on how late it is, and the EEPROM has what was acknowledged.
 //!
-//! `cargo test --test motion soak` takes seconds; `SOAK=3 cargo test --release --test motion soak` goes on for three hours.
-//! Each life of a module is that of a seed, which is printed: `SEED=17 cargo test --test motion soak` lives that life again.
+//! `cargo test --test motion soak` takes seconds; `SOAK=3 cargo test --release --test motion soak` goes on for three
+//! hours. Each life of a module is that of a seed, which is printed: `SEED=17 cargo test --test motion soak` lives that
+//! life again.
 
 mod events;
 
@@ -20,7 +21,7 @@ use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 /// Lives of axes of each product in a usual run.
 const LIVES: u64 = 48;
-/// What happens in one.
+/// Number of events in one life.
 const EVENTS: usize = 40;
 
 /// Where the switches are; the motor may pass them.
@@ -33,7 +34,7 @@ const WORLD: &str = "[motor]\nfriction = 0.1\n[stage]\nleft = -150000\nright = 1
 /// In milliseconds: a signed and an unsigned 32-bit number end there. The third is where one of microseconds does.
 const EDGES: [u64; 4] = [1 << 31, 1 << 32, (1 << 32) / 1000, 0];
 
-/// What is set after each start. Speeds and accelerations are nearly the same on all products.
+/// Settings that are made after each start. Speeds and accelerations are nearly the same on all products.
 const SETTINGS: [&str; 4] = ["6, #, 255", "4, #, 2047", "154, #, 2", "5, #, 1500"];
 const SETTINGS_3212: [&str; 7] =
     ["6, #, 255", "4, #, 124940", "5, #, 1400000", "17, #, 1400000", "18, #, 1400000", "12, #, 1", "13, #, 1"];
@@ -43,14 +44,14 @@ const PPS: u64 = 61;
 /// Bits of the tick timer.
 const BITS_31: u64 = (1 << 31) - 1;
 
-/// One module in its life.
+/// A module in its life.
 struct Life {
     bench: Bench,
     random: Random,
     /// When the firmware was started, and how far the edge was then.
     started: Nanos,
     edge: Nanos,
-    /// It has gone across the edge.
+    /// True if the module has gone across the edge.
     crossed: bool,
     /// The axis that something happens to.
     axis: usize,
@@ -109,8 +110,8 @@ impl Life {
         0..self.origins.len()
     }
 
-    /// The next event is that of some axis. Of the others some are sent somewhere; or three axes, this one perhaps among them,
-    /// are on a straight line.
+    /// The next event is that of some axis. Of the others some are sent somewhere; or three axes, this one perhaps
+    /// among them, are on a straight line.
     fn others_move(&mut self) {
         self.axis = self.random.below(self.origins.len() as u64) as usize;
         if self.origins.len() > 1 && self.random.one_in(3) {
@@ -142,7 +143,7 @@ impl Life {
         self.bench.run_until(limit, |bench| bench.ok(&line) == value);
     }
 
-    /// What is set after each start.
+    /// Makes the settings that follow each start.
     fn settings(&mut self) {
         for axis in self.axes() {
             let settings = if self.is_3212() { &SETTINGS_3212[..] } else { &SETTINGS };

@@ -1,4 +1,4 @@
-//! What stops the motor from outside: heartbeats, a low supply, a driver that has shut down.
+//! Causes that stop the motor from outside: heartbeats, a low supply, a driver that has shut down.
 
 use crate::common::loose::{BROKEN, LooseBench};
 use crate::common::table::GLOBAL;
@@ -211,8 +211,8 @@ fn a_driver_that_shuts_down_stops_the_motor() {
     }
 }
 
-/// A stop that does not get through to the motion controller is repeated until it does, whatever it was for, even
-/// if that is over by then; and it is told of at once.
+/// A stop that does not get through to the motion controller is repeated until it does, whatever it was for, even if
+/// that is over by then. It is told of at once.
 #[test]
 fn a_stop_that_is_not_heard_is_repeated() {
     for (set_up, cause, over, flag) in [
@@ -281,8 +281,8 @@ fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
     assert_eq!((bench.ok("GGP 128, 0"), bench.ask("GAP 1, 0").0), (0, NOT_AVAILABLE));
 }
 
-/// A motion controller that is silent while the supply is too low may have lost its own: it is not given up for that. One that
-/// was given up before is tried once more when the supply is back.
+/// A motion controller that is silent while the supply is too low may have lost its own: it is not given up for that.
+/// One that was given up before is tried once more when the supply is back.
 #[test]
 fn a_controller_that_was_given_up_is_tried_again_when_the_supply_comes_back() {
     let mut bench = Bench::new();
@@ -308,7 +308,7 @@ fn a_controller_that_was_given_up_is_tried_again_when_the_supply_comes_back() {
     assert_eq!(bench.speed(), 300);
 }
 
-/// What was inverted before is inverted when a controller that was given up is set up again.
+/// A controller that was given up inverts, when it is set up again, what it inverted before.
 #[test]
 fn a_controller_that_comes_back_inverts_what_it_did() {
     let mut bench = Bench::new();
@@ -331,7 +331,8 @@ fn a_controller_that_comes_back_inverts_what_it_did() {
 fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
     let mut spi = board.spi(Chip::Tmc429(0), 1_000_000);
-    // Of motor 0, all interrupts (index 0xB) enabled; the target (index 0) goes away, and is where the motor stands again.
+    // Of motor 0, all interrupts (index 0xB) enabled; the target (index 0) goes away, and is where the motor stands
+    // again.
     for datagram in [[0xB << 1, 0, 0xFF, 0], [0, 0, 0, 5], [0, 0, 0, 0]] {
         let mut datagram: [u8; 4] = datagram;
         spi.transfer_in_place(&mut datagram).unwrap();
@@ -363,8 +364,8 @@ fn the_motion_controller_is_tried_three_times_at_the_start() {
     }
 }
 
-/// With a motion controller that was silent at power-on, each global parameter does what it needs no motion controller for;
-/// the two that need it are refused and stay as they are.
+/// With a motion controller that was silent at power-on, each global parameter does what it needs no motion controller
+/// for. The two that need it are refused and stay as they are.
 #[test]
 fn global_parameters_with_a_silent_motion_controller() {
     let silent = || {
@@ -395,7 +396,8 @@ fn global_parameters_with_a_silent_motion_controller() {
         bench.ok("GGP 133, 0")
     };
     assert_eq!(drawn(), drawn());
-    // When the motion controller is back after a restart, what was refused has left no trace: the switch stops as before.
+    // When the motion controller is back after a restart, what was refused has left no trace: the switch stops as
+    // before.
     bench.control("fault tmc429 off");
     bench.power_cycle();
     bench.run(100 * MILLISECOND);

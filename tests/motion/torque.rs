@@ -1,11 +1,12 @@
-//! A motor turns as fast as its torque allows: what its current makes, and what the supply lets through. The limits here are
-//! worked out from the figures of the data sheet and from the formula alone.
+//! A motor turns as fast as its torque allows: what its current makes, and what the supply lets through. The limits
+//! here are worked out from the figures of the data sheet and from the formula alone.
 
 use crate::common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::Product;
 
-/// The default motor: ohms, henries, newton metres with the rated amperes in both phases, and the drag at 1000 full steps/s.
+/// The default motor: ohms, henries, newton metres with the rated amperes in both phases, and the drag at 1000 full
+/// steps/s.
 const R: f64 = 1.4;
 const L: f64 = 3.0e-3;
 const HOLDING: f64 = 0.59;
@@ -123,8 +124,9 @@ fn without_inductance_there_is_no_limit() {
     assert_eq!(lost(&bench), 0);
 }
 
-/// At the default threshold (174 = 5), at 119 full steps a second and with the default current of 17/32: 512 without a load, and
-/// 0 where it just holds: 0.5297 and a drag of 0.0014 of 0.5313. Stop on stall stops only the one that has lost.
+/// The load value at the default threshold (174 = 5), at 119 full steps a second and with the default current of 17/32.
+/// It is 512 without a load, and 0 where the motor just holds: 0.5297 and a drag of 0.0014 of 0.5313. Stop on stall
+/// stops only the motor that has lost.
 #[test]
 fn the_default_threshold_tells_a_stall_from_a_free_motor() {
     for product in [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm6110] {

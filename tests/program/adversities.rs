@@ -7,7 +7,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};
 
-/// What command 134 shows of the first command; nothing while the module does not answer.
+/// Returns what command 134 shows of the first command; nothing while the module does not answer.
 fn shown(bench: &mut Bench) -> Option<Command> {
     bench.module.receive(Source::Rs485, binary::encode_command(1, Command::new(134, 0, 0, 0)));
     for _ in 0..10 {

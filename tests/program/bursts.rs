@@ -1,6 +1,6 @@
-//! Commands that need the interpreter alone are executed in bursts. Whatever a program does, it does the same command by
-//! command: random and hand-written programs run in two modules, one of which never executes two commands in a burst,
-//! and after each piece of a millisecond all that can be seen is the same.
+//! Commands that need the interpreter alone are executed in bursts. Whatever a program does, it does the same command
+//! by command. Random and hand-written programs run in two modules, one of which never executes two commands in a
+//! burst. After each piece of a millisecond all that can be seen is the same.
 
 use std::fmt::Debug;
 use std::task::Poll;
@@ -99,7 +99,7 @@ struct Pair {
     single: Runner<false>,
     now: Micros,
     inputs: Inputs<1>,
-    /// What was executed in bursts.
+    /// Steps that were executed in bursts.
     steps: Vec<Step>,
 }
 
@@ -162,7 +162,7 @@ impl Pair {
         same(self.bursts.look_closely(), self.single.look_closely(), "a millisecond");
     }
 
-    /// What a program of these lines executes in so many milliseconds.
+    /// Returns the steps that a program of these lines executes in so many milliseconds.
     fn run(&mut self, at: usize, lines: &[&str], milliseconds: u64) -> Vec<Step> {
         let program: Vec<Command> = lines.iter().map(|line| text::parse(line).unwrap()).collect();
         self.start(at, &program);
@@ -172,7 +172,7 @@ impl Pair {
     }
 }
 
-/// What a host may send while a program runs.
+/// Returns a line that a host may send while a program runs.
 fn host(random: &mut Random) -> String {
     match random.below(12) {
         0 => "128".into(),
@@ -231,8 +231,8 @@ fn random_programs_do_the_same_in_bursts_and_without() {
     assert!(handled > 10_000 && refused > 1_000 && most >= 128, "{handled} {refused} {most}");
 }
 
-/// Arithmetic without end, and a timer: the handler begins with the first command of the millisecond in which the timer is
-/// due, and the program goes on behind the command that was the last before.
+/// Arithmetic without end, and a timer. The handler begins with the first command of the millisecond in which the timer
+/// is due, and the program goes on behind the command that was the last before.
 #[test]
 fn an_interrupt_begins_before_the_next_command_of_a_burst() {
     let program = [
@@ -291,7 +291,8 @@ fn an_interrupt_that_waits_for_ei_begins_right_behind_it() {
     assert!(at > 4_000);
 }
 
-/// What ends a program, and what a call finds when the stack is full or empty, in the middle of other arithmetic.
+/// Commands that end a program, and what a call finds when the stack is full or empty, in the middle of other
+/// arithmetic.
 #[test]
 fn programs_end_and_calls_fail_in_the_middle_of_a_burst() {
     let mut pair = Pair::new();

@@ -58,7 +58,7 @@ fn rfs_status_tells_when_the_search_is_over() {
     assert_eq!(bench.accumulator(), 0);
 }
 
-/// What the host reads does not reach the program that runs: neither its registers nor its flags.
+/// A read by the host does not reach the program that runs: neither its registers nor its flags.
 #[test]
 fn the_host_reads_without_disturbing_the_program() {
     let mut bench = Bench::new();

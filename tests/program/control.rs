@@ -150,7 +150,7 @@ fn nothing_runs_during_a_download() {
 
 // ---- step and reset
 
-/// One command at a time, each to its end, and then the program stands still in step mode.
+/// A step executes one command to its end, and then the program stands still in step mode.
 #[test]
 fn stepping_runs_one_command_at_a_time() {
     let mut bench = Bench::with_program(&["CALC LOAD, 5", "CSUB 4", "JA 0", "STOP", "CALC ADD, 1", "RSUB"]);

@@ -1,4 +1,4 @@
-//! What ends a program, and that it starts again by command 129, type 0, or RUN: on the virtual module and in the flash
+//! The ends of a program, and its new starts by command 129, type 0, or RUN: on the virtual module and in the flash
 //! image.
 
 use crate::common::image_host::Host;
@@ -42,8 +42,8 @@ const ENDS: [(&str, &[&str], &[&str]); 9] = [
     ("the end of program memory", &["CSUB 2045"], &["GGP 1, 2", "CALC ADD, 1", "AGP 1, 2"]),
 ];
 
-/// Runs each of the programs as often as `times` says, by command 129, type 0, alone. `ask` sends a request and gives status
-/// and value of the reply; that takes a millisecond at least.
+/// Runs each of the programs as often as `times` says, by command 129, type 0, alone. `ask` sends a request and gives
+/// status and value of the reply; that takes a millisecond at least.
 fn run_again_and_again(times: i32, programs: &[(&str, &[&str], &[&str])], ask: &mut dyn FnMut(&str) -> (u8, i32)) {
     for (what, start, end) in programs {
         for line in ["131", "SGP 0, 3, 0", "SGP 1, 2, 0"] {
@@ -101,8 +101,8 @@ fn run_in_ascii_mode_starts_an_ended_program_again() {
     }
 }
 
-/// Commands 128, and the under-voltage that locks the motor, leave a program where it is; 129, type 0, goes on there, also
-/// in a subroutine.
+/// Commands 128, and the under-voltage that locks the motor, leave a program where it is; 129, type 0, goes on there,
+/// also in a subroutine.
 #[test]
 fn a_program_that_is_stopped_from_outside_goes_on_where_it_was() {
     let program = ["CSUB 3", "SGP 2, 2, 2", "STOP", "WAIT TICKS, 0, 10", "SGP 1, 2, 1", "RSUB"];

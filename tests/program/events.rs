@@ -1,5 +1,5 @@
-//! Events at the edges of a program's life: while it stores, when it ends and starts again, when it is reset, and what is
-//! none.
+//! Events at the edges of a program's life: while it stores, when it ends and starts again, when it is reset, and what
+//! is none.
 
 use crate::common::Bench;
 use crate::common::program::{RUNNING, STOPPED};
@@ -30,7 +30,7 @@ fn raise(bench: &mut Bench) {
 
 // ---- while something is stored
 
-/// A command that stores is carried out once: a handler that comes before the bytes are durable may end before or after
+/// A command that stores is carried out once. A handler that comes before the bytes are durable may end before or after
 /// that, and what it changes meanwhile is not stored. Nor is a store that has failed tried again.
 #[test]
 fn a_store_that_a_handler_interrupts_is_carried_out_once() {
@@ -147,8 +147,8 @@ fn an_edge_right_behind_a_reset_counts() {
 
 // ---- what is none
 
-/// Interrupt 3 is parameter 8 becoming 1. A move to where the motor stands leaves it 1; one whose target is taken back at
-/// once has made it 0 in between.
+/// Interrupt 3 is parameter 8 becoming 1. A move to where the motor stands leaves it 1; one whose target is taken back
+/// at once has made it 0 in between.
 #[test]
 fn a_move_to_where_the_motor_stands_raises_no_interrupt() {
     let mut bench = Bench::new();
@@ -184,8 +184,8 @@ fn a_move_to_where_the_motor_stands_raises_no_interrupt() {
 
 // ---- a stall
 
-/// A stall ends a move once: what stands still afterwards is stopped by nothing any more, so that neither the flag EPO,
-/// once it is cleared, nor interrupt 15 nor the event of command 138 comes again, whatever happens to the motor.
+/// A stall ends a move once. What stands still afterwards is stopped by nothing any more. So neither the flag EPO, once
+/// it is cleared, nor interrupt 15 nor the event of command 138 comes again, whatever happens to the motor.
 #[test]
 fn a_stall_ends_a_move_once() {
     for afterwards in [

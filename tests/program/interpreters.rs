@@ -1,4 +1,4 @@
-//! The firmware's interpreter against a second one that was written from the manual alone: random programs are stepped
+//! The firmware's interpreter against a second one that was written from the manual alone. Random programs are stepped
 //! through both, and after each command registers, flags and program counter are the same.
 
 #[allow(dead_code, unreachable_pub)]
@@ -27,7 +27,7 @@ const STEPS: u32 = 60;
 
 const RETI: u8 = 38;
 
-/// What the reference has not got itself: three axis parameters, and no reference search.
+/// The rest of a module, which the reference has not got itself: three axis parameters, and no reference search.
 struct Rest(BTreeMap<u8, i32>);
 
 impl Rest {

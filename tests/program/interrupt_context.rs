@@ -1,5 +1,5 @@
-//! What the handler of an interrupt finds and what it leaves behind: registers, flags, stack, and the wait that it
-//! interrupts (manual section 3.6.6.2).
+//! State that the handler of an interrupt finds, and that it leaves behind: registers, flags, stack, and the wait that
+//! it interrupts (manual section 3.6.6.2).
 
 use crate::common::Bench;
 use crate::common::program::{RUNNING, STACK};

@@ -8,7 +8,7 @@ use tmcm_sim::VirtualModule;
 
 // ---- enables and vectors
 
-/// What the host has set acts on the program that runs later.
+/// Settings that the host has made act on the program that runs later.
 #[test]
 fn the_host_sets_up_interrupts() {
     let mut bench = prepared();
@@ -159,8 +159,8 @@ fn reset_clears_the_interrupts() {
     assert_eq!(counts(&mut bench), [1; 3]);
 }
 
-/// What waits is cleared at once, not only when time goes by: the host may reset, set up and start again within the
-/// same millisecond. Bank 3 stays.
+/// Events that wait are cleared at once, not only when time goes by: the host may reset, set up and start again within
+/// the same millisecond. Bank 3 stays.
 #[test]
 fn a_reset_program_starts_without_old_events() {
     let mut bench = prepared();
@@ -312,7 +312,8 @@ fn a_handler_is_stopped_and_sent_on() {
     assert!(bench.variable(9) > count);
 }
 
-/// Address 0 is no handler's unless VECT has said so: a timer without a vector calls nothing, and the program begins once.
+/// Address 0 is no handler's unless VECT has said so: a timer without a vector calls nothing, and the program begins
+/// once.
 #[test]
 fn an_interrupt_without_a_vector_calls_nothing() {
     for timer in 0..3 {

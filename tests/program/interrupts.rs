@@ -260,8 +260,8 @@ fn stall() {
     }
 }
 
-/// Of the built-in encoder (parameters 209, 212) and of an external one (216 to 218), which has 2 000 lines and
-/// 51 200 / 8 000 * 512 = 3277 as its prescaler, without the three lowest bits 3264.
+/// The deviation of the built-in encoder (parameters 209, 212) and of an external one (216 to 218). The external one
+/// has 2 000 lines and 51 200 / 8 000 * 512 = 3277 as its prescaler, without the three lowest bits 3264.
 #[test]
 fn deviation() {
     for (world, limit) in [("", 212), ("[abn]\nlines = 2000\n", 218)] {
@@ -291,7 +291,7 @@ fn deviation() {
 
 // ---- switches and inputs
 
-/// Which of four changes, up, down, up, down, an interrupt has counted.
+/// Tells which of four changes, up, down, up, down, an interrupt has counted.
 fn edges_counted(bench: &mut Bench, up: &str, down: &str) -> [i32; 4] {
     [up, down, up, down].map(|line| {
         let before = bench.variable(0);
@@ -366,7 +366,7 @@ fn a_stop_switch_on_the_way() {
     }
 }
 
-/// What an interrupt's handler does may take its time: meanwhile nothing of the program happens.
+/// The handler of an interrupt may take its time: meanwhile nothing of the program happens.
 #[test]
 fn a_long_handler_holds_the_program() {
     let mut bench = Bench::new();

@@ -11,7 +11,7 @@ use tmcm_sim::VirtualModule;
 /// Notes that it ran, in variable 1, which is in RAM only.
 const NOTE: [&str; 4] = ["GGP 1, 2", "CALC ADD, 1", "AGP 1, 2", "STOP"];
 
-/// What protected or erased memory shows.
+/// The command that protected or erased memory shows.
 const NOTHING: Command = Command::new(0, 0, 0, 0);
 
 fn shows(bench: &mut Bench, lines: &[&str]) -> bool {
@@ -66,7 +66,7 @@ fn autostart_runs_the_program_after_power_up() {
     assert_eq!(bench.mode(), STOPPED);
 }
 
-/// What is stored in the EEPROM is there before the program starts: coordinates and variables.
+/// Coordinates and variables that are stored in the EEPROM are there before the program starts.
 #[test]
 fn autostart_comes_after_what_is_restored() {
     let mut bench =

@@ -1,5 +1,6 @@
 //! Random programs - valid, invalid, jumping onto themselves, calling without end, with interrupts on - for a billion
-//! microseconds of virtual time: no panic, and every direct-mode request is answered in time, with values in their range.
+//! microseconds of virtual time. There is no panic, and every direct-mode request is answered in time, with values in
+//! their range.
 
 use crate::common::random::Random;
 use crate::common::random_command::{LENGTH, command};
@@ -14,11 +15,11 @@ use tmcm_sim::VirtualModule;
 const TIME: Nanos = 1_000_000_000 * MICROSECOND;
 /// How long each program runs.
 const TURN: Nanos = 500 * MILLISECOND;
-/// A reply comes at the latest this long after its request: a slice of the program takes at most one command that
-/// talks to the chips, a millisecond at most eight, and a request waits for no more than one of them.
+/// A reply comes at the latest this long after its request. A slice of the program takes at most one command that talks
+/// to the chips, a millisecond at most eight. A request waits for no more than one of them.
 const REPLY: Nanos = MILLISECOND;
 
-/// What the world does meanwhile.
+/// Disturbs the module, as the world may do it meanwhile.
 fn disturb(bench: &mut Bench, random: &mut Random) {
     let line = match random.below(6) {
         0 => format!("input {} {}", random.below(4), random.below(2)),

@@ -171,7 +171,7 @@ fn a_swap_loads_the_accumulator() {
     assert!(jumps(&mut bench, &["CALC LOAD, 0", "CALCX LOAD", "CALC LOAD, 5", "CALCX SWAP"], "ZE"));
 }
 
-/// What does not load the accumulator leaves ZERO as it was, and the other flags.
+/// Commands that do not load the accumulator leave ZERO as it was, and the other flags.
 #[test]
 fn other_commands_leave_the_flags() {
     let mut bench = Bench::new();

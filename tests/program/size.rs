@@ -1,13 +1,13 @@
-//! The end of program memory, which has another size on another product: its last address can be loaded, read, started,
-//! jumped to, called and waited at, and may be a vector; the address behind it is refused, or ends the program.
+//! The end of program memory, which has another size on another product. Its last address can be loaded, read, started,
+//! jumped to, called and waited at, and may be a vector. The address behind it is refused, or ends the program.
 
 use crate::common::program::{STOPPED, command};
 use crate::common::{Bench, INVALID_VALUE, OK};
 use hal_sim::clock::MILLISECOND;
 use tmcm_sim::Product;
 
-/// Number of commands that the manuals give: section 3.3 of that of the TMCM-1140, 1 of that of the TMCM-3212; for the others
-/// the number that is quoted.
+/// Number of commands that the manuals give: section 3.3 of that of the TMCM-1140, 1 of that of the TMCM-3212; for the
+/// others the number that is quoted.
 fn size(product: Product) -> i32 {
     if product == Product::Tmcm3212 { 6144 } else { 2048 }
 }

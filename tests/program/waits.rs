@@ -34,8 +34,8 @@ fn waiting(world: &str, before: &[&str], wait: &str) -> Bench {
     bench
 }
 
-/// How long output 0 is on, in a run of the program, by the module's clock: it counts milliseconds, and the first
-/// had begun already when the host set the program off. No edges, no time.
+/// Tells how long output 0 is on, in a run of the program, by the module's clock. The clock counts milliseconds, and
+/// the first had begun already when the host set the program off. No edges, no time.
 fn duration(bench: &mut Bench, limit: u64) -> u64 {
     bench.set_off(0);
     let edges = bench.edges(0, limit);
@@ -176,7 +176,7 @@ fn waits_end_with_their_time_out() {
     }
 }
 
-/// What has happened already is not waited for.
+/// An event that has happened already is not waited for.
 #[test]
 fn an_event_that_is_there_is_not_waited_for() {
     for (event, (form, world, _)) in EVENTS.into_iter().enumerate() {

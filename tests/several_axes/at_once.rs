@@ -1,11 +1,11 @@
-//! Each axis of the TMCM-6110 does something else at the same time: it moves, searches, stalls, runs into its switch, turns,
-//! or loses its driver. Each rotor ends where its own world says, and each axis tells of itself alone.
+//! Each axis of the TMCM-6110 does something else at the same time: it moves, searches, stalls, runs into its switch,
+//! turns, or loses its driver. Each rotor ends where its own world says, and each axis tells of itself alone.
 
 use crate::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
-/// A stall, an arrival and a switch of another axis are no news for an axis: all of it is compared with what that axis shows
-/// when it is alone.
+/// A stall, an arrival and a switch of another axis are no news for an axis: all of it is compared with what that axis
+/// shows when it is alone.
 #[test]
 fn six_axes_do_six_things_at_once_as_each_does_alone() {
     let world = "[[axis]]\n[[axis]]\nstage.home = [8000, 8200]\nstage.left = -20000\n[[axis]]\n[[axis]]\nstage.right = 30000\n\

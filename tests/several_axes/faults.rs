@@ -4,9 +4,9 @@ use crate::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::param::AxisParameter;
 
-/// Lets all axes turn, and has each in turn met with something; asserts that this axis stops and the others turn on,
-/// that `flag` - an axis parameter and its bits - shows it for this axis alone, and that interrupt `first` + axis tells
-/// a program of it.
+/// Lets all axes turn, and has each in turn met with something. Asserts that this axis stops and the others turn on,
+/// that `flag` shows it for this axis alone, and that interrupt `first` + axis tells a program of it. `flag` is an axis
+/// parameter and its bits.
 fn each_is_met(bench: &mut Bench, speed: i32, met: &str, over: &str, flag: (u8, i32), first: Option<u8>) {
     let interrupts: Vec<u8> = bench.axes().filter_map(|axis| Some(first? + axis)).collect();
     bench.count_interrupts(&interrupts);
@@ -69,8 +69,9 @@ fn each_axis_has_its_own_stall_settings() {
     }
 }
 
-/// The products with encoders, with an ABN encoder on each axis. 8000 counts are a turn of 51 200 microsteps: 6.4 * 512 is
-/// the prescaler, but three bits of it are functions, so that an encoder counts 255 microsteps where there are 256.
+/// The products with encoders, with an ABN encoder on each axis. 8000 counts are a turn of 51 200 microsteps, so 6.4 *
+/// 512 is the prescaler. But three bits of it are functions, so that an encoder counts 255 microsteps where there are
+/// 256.
 fn encoders() -> impl Iterator<Item = Bench> {
     [Bench::three as fn(&str) -> Bench, Bench::tmcm_3110].into_iter().map(|new| {
         let mut bench = new("abn.lines = 2000");

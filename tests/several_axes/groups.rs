@@ -1,4 +1,5 @@
-//! Commands for several axes: MVP COORD with a set of them, which begin to move at once, and the group index (parameter 213).
+//! Commands for several axes: MVP COORD with a set of them, which begin to move at once, and the group index (parameter
+//! 213).
 
 use crate::{Bench, NOT_AVAILABLE};
 use hal_sim::board::{Chip, Datagram};
@@ -101,8 +102,8 @@ fn sets_that_are_refused_move_nothing() {
     }
 }
 
-/// The last thing that the chips are told is the datagram that makes each motor go: one after the other, with nothing in
-/// between. So the first axis is ahead of the last one by what it gains in less than 0.2 ms.
+/// The last thing that the chips are told is the datagram that makes each motor go: one after the other, with nothing
+/// in between. So the first axis is ahead of the last one by what it gains in less than 0.2 ms.
 #[test]
 fn a_set_of_axes_starts_at_once() {
     for (motor, axes) in [(0x87, 3), (0x47, 3), (255, 6)] {
@@ -198,8 +199,8 @@ fn axes_of_a_group_turn_and_stop_together() {
     assert_eq!(bench.speeds(), [10, 0, 10, 0, 0, 0]);
 }
 
-/// To a position, by a distance from where each of them is, and to the coordinate of each. The reply is the target of the
-/// axis that was named, and each arrival is told.
+/// To a position, by a distance from where each of them is, and to the coordinate of each. The reply is the target of
+/// the axis that was named, and each arrival is told.
 #[test]
 fn axes_of_a_group_go_together() {
     let mut bench = grouped();
@@ -256,7 +257,7 @@ fn axes_of_a_group_search_together() {
     assert_eq!((bench.speeds(), bench.arrivals()), (vec![0; 6], vec![]));
 }
 
-/// What one axis of a group must not do none of them does.
+/// An action that is not allowed to one axis of a group is done by none of them.
 #[test]
 fn a_group_of_which_an_axis_refuses_does_nothing() {
     let mut bench = grouped();

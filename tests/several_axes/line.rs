@@ -1,5 +1,5 @@
-//! MVP COORD on a straight line: the rotors keep to it, whatever the axes' ways, speeds and accelerations are, and arrive at
-//! once. What ends a line stands in `line_ends.rs`.
+//! MVP COORD on a straight line: the rotors keep to it, whatever the axes' ways, speeds and accelerations are, and
+//! arrive at once. What ends a line stands in `line_ends.rs`.
 
 use crate::Bench;
 use crate::random::Random;
@@ -8,7 +8,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 /// The ways of the acceptance test, in microsteps.
 const WAYS: [[i32; 3]; 2] = [[512_000, 189_440, 18_944], [500_000, 123_457, 9_999]];
 
-/// What was seen of a line.
+/// Observations of a line.
 #[derive(Debug)]
 pub(super) struct Seen {
     /// The largest distance of a rotor from the line, in microsteps.
@@ -81,8 +81,8 @@ impl Bench {
         seen
     }
 
-    /// Draws a line and asserts that it is straight, within half a percent of the longest way or within three microsteps; and
-    /// that the axes arrive within so many milliseconds.
+    /// Draws a line and asserts that it is straight, within half a percent of the longest way or within three
+    /// microsteps; and that the axes arrive within so many milliseconds.
     pub(super) fn straight(&mut self, axes: &[u8], ways: &[i32], spread: Nanos) -> Seen {
         let seen = self.watch(axes, ways);
         let longest = ways.iter().map(|way| way.unsigned_abs()).max().unwrap();
@@ -128,8 +128,8 @@ fn lines_are_straight_at_other_accelerations_too() {
     }
 }
 
-/// Speeds and accelerations differ from axis to axis: none is exceeded, and the line takes about as long as the axis that alone
-/// would take longest.
+/// Speeds and accelerations differ from axis to axis: none is exceeded, and the line takes about as long as the axis
+/// that alone would take longest.
 #[test]
 fn no_axis_exceeds_its_own_speed_and_the_slowest_one_leads() {
     for (ways, speeds, leader) in [
@@ -262,7 +262,8 @@ fn speeds_of_an_axis_that_is_left_alone_on_its_line_act() {
     }
 }
 
-/// Axes that move go on from where they are. The line is not straight until they have come to it, but they arrive at once.
+/// Axes that move go on from where they are. The line is not straight until they have come to it, but they arrive at
+/// once.
 #[test]
 fn axes_that_move_come_to_the_line_and_arrive_together() {
     for speeds in [[500, 0, 0], [0, -500, 0], [900, 900, -900]] {
@@ -282,9 +283,10 @@ fn axes_that_move_come_to_the_line_and_arrive_together() {
     }
 }
 
-/// How far off the line to their targets axes are that move when they are sent there. Until half of the way: three times what
-/// the fastest needs to come to a stand, 840 microsteps from a speed of 900, because it brakes first, then goes back, and the
-/// others wait for it. From there on they keep to the line within 20 microsteps.
+/// How far off the line to their targets axes are that move when they are sent there. Until half of the way that is
+/// three times what the fastest needs to come to a stand, 840 microsteps from a speed of 900. The reason is that the
+/// fastest brakes first, then goes back, and the others wait for it. From there on they keep to the line within 20
+/// microsteps.
 #[test]
 fn axes_that_move_come_to_the_line_in_half_of_the_way() {
     for speeds in [[500, 0, 0], [0, -500, 0], [900, 900, -900], [-900, 700, 900], [-300, -300, -300]] {
@@ -318,8 +320,8 @@ fn axes_that_move_come_to_the_line_in_half_of_the_way() {
     }
 }
 
-/// An axis that turns so near to its target that it must come back runs past it no further than its own acceleration demands,
-/// although its share of the line's acceleration is tiny.
+/// An axis that turns so near to its target that it must come back runs past it no further than its own acceleration
+/// demands. This is so although its share of the line's acceleration is tiny.
 #[test]
 fn an_axis_that_moves_brakes_with_its_own_acceleration() {
     let mut bench = Bench::six("");
@@ -389,8 +391,8 @@ fn two_lines_at_once_are_both_straight_and_need_few_datagrams() {
     assert!(off < 20.0 && most <= 9, "{off} microsteps, {most} datagrams");
 }
 
-/// The speed limits of followers waver. Their currents do not: that of a speed that changes (parameter 200) flows on the
-/// ramps alone.
+/// The speed limits of followers waver. Their currents do not: that of a speed that changes (parameter 200) flows on
+/// the ramps alone.
 #[test]
 fn the_currents_of_the_motors_on_a_line_do_not_waver() {
     let mut bench = Bench::six("");
@@ -404,10 +406,10 @@ fn the_currents_of_the_motors_on_a_line_do_not_waver() {
     }
 }
 
-/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms, and no
-/// more: 512 units at the pulse divisor of 3, less what a follower may be off. One that is far ahead is slower by as much. One
-/// to one at a speed of 1000, the motor that stands lags 1000 microsteps when it has that speed; and the one that comes
-/// down from 2047 is 2100 ahead when the other one has it.
+/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms,
+/// and no more. That is 512 units at the pulse divisor of 3, less what a follower may be off. One that is far ahead is
+/// slower by as much. One to one at a speed of 1000, the motor that stands lags 1000 microsteps when it has that speed.
+/// The one that comes down from 2047 is 2100 ahead when the other one has it.
 #[test]
 fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
     for (speeds, expected) in [([1_000, 0], [0..=20, 1_505..=1_512]), ([0, 2_047], [488..=495, 2_030..=2_047])] {

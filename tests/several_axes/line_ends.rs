@@ -1,9 +1,9 @@
-//! What ends a straight line: for one of its axes, which is told something else, or for all of them.
+//! Ends of a straight line: for one of its axes, which is told something else, or for all of them.
 
 use crate::Bench;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 
-/// What is told to one axis of a line is for that axis: the others go on to their targets by themselves.
+/// A command to one axis of a line is for that axis: the others go on to their targets by themselves.
 #[test]
 fn a_command_takes_an_axis_out_of_its_line() {
     for (command, told) in [
@@ -37,8 +37,8 @@ fn a_command_takes_an_axis_out_of_its_line() {
     assert_eq!((bench.get(1, 2), bench.get(1, 3), bench.get(1, 4)), (30_000, 80_000, 20_000));
 }
 
-/// An axis goes from one line to another: the leader of the old one, and a follower that leads the new one. Those that are
-/// left go on at their own speeds.
+/// An axis goes from one line to another: the leader of the old one, and a follower that leads the new one. Those that
+/// are left go on at their own speeds.
 #[test]
 fn an_axis_goes_from_one_line_to_another() {
     let mut bench = Bench::six("");
@@ -57,8 +57,10 @@ fn an_axis_goes_from_one_line_to_another() {
     assert!((147..=153).contains(&speeds[2]) && (64..=69).contains(&speeds[3]), "{speeds:?}");
 }
 
-/// Two lines: the axis that leads one of them gets another speed, and its followers with it, at their shares: 250 and 150 of
-/// 1000. Then it is told to stop. The others of that line go on at their own speeds, and the other line goes on as a line.
+/// Two lines: the axis that leads one of them gets another speed, and its followers with it, at their shares: 250 and
+/// 150 of
+/// 1000. Then it is told to stop. The others of that line go on at their own speeds, and the other line goes on as a
+///       line.
 #[test]
 fn of_two_lines_one_loses_its_leader() {
     for (first, second) in [([0, 1, 2], [3, 4, 5]), ([3, 4, 5], [0, 1, 2])] {
@@ -83,8 +85,8 @@ fn of_two_lines_one_loses_its_leader() {
     }
 }
 
-/// A line that has lost an axis is no line any more: when a switch, a stall or its driver stops one of its axes, the others
-/// are stopped along their ramps. Axes that are not of the line go on.
+/// A line that has lost an axis is no line any more. When a switch, a stall or its driver stops one of its axes, the
+/// others are stopped along their ramps. Axes that are not of the line go on.
 #[test]
 fn what_stops_one_axis_of_a_line_stops_the_line() {
     for (event, axes) in [("press right #", [0, 2, 4]), ("load 1 #", [4, 0, 2]), ("fault short-a on #", [2, 4, 0])] {
@@ -119,7 +121,7 @@ fn what_stops_one_axis_of_a_line_stops_the_line() {
     }
 }
 
-/// What stops all axes ends the line, too, and nothing goes on by itself afterwards.
+/// An event that stops all axes ends the line, too, and nothing goes on by itself afterwards.
 #[test]
 fn a_line_does_not_go_on_after_the_supply_was_lost() {
     let mut bench = Bench::six("");
@@ -146,8 +148,8 @@ fn moves_after_a_line_have_their_own_pace() {
     }
 }
 
-/// A divisor, or soft mode, is for the axis that it is written to: its units, or its ramps, are not those of its line any more.
-/// It goes on to its target, and so do the others.
+/// A divisor, or soft mode, is for the axis that it is written to: its units, or its ramps, are not those of its line
+/// any more. It goes on to its target, and so do the others.
 #[test]
 fn a_divisor_or_soft_mode_takes_an_axis_out_of_its_line() {
     for setting in ["SAP 154, 1, 4", "SAP 154, 0, 4", "SAP 153, 2, 8", "SAP 138, 1, 1"] {
@@ -188,7 +190,7 @@ fn a_line_is_straight_for_axes_in_soft_mode() {
     assert_eq!(bench.all(138)[..3], [0, 0, 0]);
 }
 
-/// What stops an axis that is on a line stops it by its own parameter 5: SAP 1 as MST.
+/// A command that stops an axis on a line stops it by its own parameter 5: SAP 1 as well as MST.
 #[test]
 fn an_axis_that_leaves_its_line_brakes_by_itself() {
     let rest = |command: &str| {
@@ -218,8 +220,9 @@ fn a_broken_line_is_straight_to_its_end() {
     assert!((off * 300_000.0).abs() < 300.0, "{off}: {} and {}", bench.rotor(1), bench.rotor(2));
 }
 
-/// A press that stops an axis for 3 ms breaks its line, whatever the axis' share of the way is and wherever in a millisecond the
-/// switch closes. The line stays broken when the switch opens, after as long as it may be: then this axis stays, too.
+/// A press that stops an axis for 3 ms breaks its line, whatever the axis' share of the way is and wherever in a
+/// millisecond the switch closes. The line stays broken when the switch opens, after as long as it may be: then this
+/// axis stays, too.
 #[test]
 fn a_line_that_a_short_press_has_broken_stays_broken() {
     const WAYS: [i32; 3] = [200_000, 60_000, -40_000];

@@ -1,6 +1,7 @@
 //! Modules with several axes, and with several motion controllers: all axes work at the same time, and nothing of one
-//! shows in another. The TMCM-6110, and a product with three axes that exists in tests alone, run the module on simulated
-//! boards in virtual time; they are told what to do by commands, and seen at their replies and at the world around them.
+//! shows in another. The TMCM-6110, and a product with three axes that exists in tests alone, run the module on
+//! simulated boards in virtual time. They are told what to do by commands, and seen at their replies and at the world
+//! around them.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -53,7 +54,7 @@ const AT25_HZ: u32 = 2_625_000;
 const UNIT_OF_SPEED: f64 = 16e6 / 524_288.0;
 
 /// The firmware of a product, whichever it is.
-trait Firmware {
+trait AnyProduct {
     fn execute(&mut self, now: Micros, command: Command) -> Answer;
     fn deadline(&self) -> Micros;
     /// True if replies may have become due, which are fetched then, as the owner of a module does.
@@ -74,7 +75,7 @@ struct Running<P: OnBoard, const AXES: usize, const N: usize> {
 }
 
 impl<P: OnBoard, const AXES: usize, const N: usize> Running<P, AXES, N> {
-    fn start(board: &SharedBoard) -> Box<dyn Firmware> {
+    fn start(board: &SharedBoard) -> Box<dyn AnyProduct> {
         let mut keeper = Keeper::new(At25::new(board.spi(Chip::At25, AT25_HZ)));
         let mut module = Module::new(parts(board), (), 1);
         module.start(time(board), |store| assert!(!keeper.load(store).unreachable));
@@ -98,7 +99,7 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Running<P, AXES, N> {
     }
 }
 
-impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES, N> {
+impl<P: OnBoard, const AXES: usize, const N: usize> AnyProduct for Running<P, AXES, N> {
     fn execute(&mut self, now: Micros, command: Command) -> Answer {
         self.module.execute(now, Source::Usb, command)
     }
@@ -135,8 +136,8 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES
 struct Bench {
     spec: &'static Spec,
     board: SharedBoard,
-    firmware: Box<dyn Firmware>,
-    start: fn(&SharedBoard) -> Box<dyn Firmware>,
+    firmware: Box<dyn AnyProduct>,
+    start: fn(&SharedBoard) -> Box<dyn AnyProduct>,
     /// Replies that have come later than their commands, and events.
     late: Vec<Reply>,
 }
@@ -168,7 +169,8 @@ impl Bench {
         Self::of::<Tmcm3110, 3, 1>(world)
     }
 
-    /// The products with three and with six axes, one after the other, in a world in which every axis has surroundings of its own: a table of the world file.
+    /// The products with three and with six axes, one after the other, in a world in which every axis has surroundings
+    /// of its own: a table of the world file.
     fn both(axis: impl Fn(u8) -> String) -> impl Iterator<Item = Self> {
         let world = move |axes| (0..axes).map(|number| format!("[[axis]]\n{}\n", axis(number))).collect::<String>();
         [Self::three as fn(&str) -> Self, Self::six].into_iter().zip([3, 6]).map(move |(new, axes)| new(&world(axes)))
@@ -275,7 +277,7 @@ impl Bench {
         }
     }
 
-    /// What the world and the chips show of all axes.
+    /// Returns the states of all axes, as the world and the chips show them.
     fn states(&self) -> Vec<AxisState> {
         State::of(&self.board.borrow()).axes
     }

@@ -131,8 +131,9 @@ fn all_axes_go_further_than_the_counter_of_the_motion_controller() {
     }
 }
 
-/// However many axes arrive in the same millisecond, each has its event, in the order of their numbers: when each was sent by
-/// itself, as a group, as a set, on a straight line, and when reference searches end; with type 0 once, with type 1 each time.
+/// However many axes arrive in the same millisecond, each has its event, in the order of their numbers. This holds when
+/// each was sent by itself, as a group, as a set, on a straight line, and when reference searches end. With type 0 the
+/// event comes once, with type 1 each time.
 #[test]
 fn axes_that_arrive_at_once_are_all_told() {
     // The group index of all axes, and what starts them: as many of them as can go on a line, or all.
@@ -175,8 +176,8 @@ fn axes_that_arrive_at_once_are_all_told() {
     }
 }
 
-/// Command 138 tells of each axis by its bit when that arrives, and interrupt 3 + axis reaches the program; in the order
-/// of the arrivals.
+/// Command 138 tells of each axis by its bit when that arrives, and interrupt 3 + axis reaches the program; in the
+/// order of the arrivals.
 #[test]
 fn the_arrival_of_each_axis_is_told() {
     for mut bench in Bench::bare() {

@@ -3,8 +3,8 @@
 use crate::{Bench, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
-/// How far the zero point may be from the middle between two edges: less than two milliseconds' way at the default
-/// switch speed of 100, which is 3 microsteps a millisecond.
+/// How far the zero point may be from the middle between two edges. It is less than two milliseconds' way at the
+/// default switch speed of 100, which is 3 microsteps a millisecond.
 const TOLERANCE: i64 = 8;
 
 /// The switches on the stage of an axis, in microsteps: left, right, and the edges of home.

@@ -1,4 +1,4 @@
-//! What is stored: settings and coordinates of each axis are there again after the power was off, and the chips of the
+//! Stored values: settings and coordinates of each axis are there again after the power was off, and the chips of the
 //! axis have them.
 
 use crate::Bench;
@@ -66,7 +66,8 @@ fn the_chips_of_an_axis_have_its_stored_settings() {
             let n = u32::from(axis);
             assert_eq!(state.velocity, 400 + 100 * i32::from(axis));
             let registers = bench.board.borrow().tmc262(axis.into()).registers();
-            // Off time in bits 3..0, microsteps in bits 3..0 where 0 is 256, threshold in bits 14..8 and current in 4..0.
+            // Off time in bits 3..0, microsteps in bits 3..0 where 0 is 256, threshold in bits 14..8 and current in
+            // 4..0.
             assert_eq!((registers.chopconf & 0xF, registers.drvctrl & 0xF), (3 + n, n), "axis {axis}");
             assert_eq!(
                 (registers.sgcsconf >> 8 & 0x7F, registers.sgcsconf & 0x1F),

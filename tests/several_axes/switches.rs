@@ -46,7 +46,7 @@ fn all_axes_turn_until_their_own_stop_switches() {
     }
 }
 
-/// A switch that is pressed by hand stops the axis that it belongs to at once, and no other; when it is released the
+/// A switch that is pressed by hand stops the axis that it belongs to at once, and no other. When it is released the
 /// axis stands until it is told to turn again.
 #[test]
 fn a_switch_that_is_pressed_stops_its_axis_alone() {

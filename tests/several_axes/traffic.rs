@@ -1,11 +1,11 @@
-//! What the chips are told in a millisecond, how often each is asked, and that the links are looked at in between.
+//! Datagrams to the chips in a millisecond, how often each chip is asked, and that the links are looked at in between.
 
 use crate::Bench;
 use hal_sim::board::{Chip, Datagram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
-/// First byte of a datagram that reads a register: motor in bits 6 and 5, or 3 for the common ones, register in bits 4
-/// to 1 (TMC429 datasheet, section 6.2.2.1).
+/// First byte of a datagram that reads a register (TMC429 datasheet, section 6.2.2.1). Bits 6 and 5 have the motor, or
+/// 3 for the common registers. Bits 4 to 1 have the register.
 const fn reads(motor: u8, register: u8) -> u8 {
     motor << 5 | register << 1 | 1
 }
@@ -49,8 +49,8 @@ fn longest(milliseconds: &[Vec<Datagram>], is_it: impl Fn(&Datagram) -> bool) ->
     at.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap()
 }
 
-/// Asserts how often each chip is asked, at most so many milliseconds apart: with three axes on a controller, each of
-/// which has its turn every three milliseconds, the speed with each second turn, the driver with each fourth.
+/// Asserts how often each chip is asked, at most so many milliseconds apart. With three axes on a controller, each has
+/// its turn every three milliseconds. The speed is asked for with each second turn, the driver with each fourth.
 fn asked_often_enough(bench: &Bench, milliseconds: &[Vec<Datagram>]) {
     for axis in bench.axes() {
         let (controller, motor) = (Chip::Tmc429((axis / 3).into()), axis % 3);
@@ -62,8 +62,8 @@ fn asked_often_enough(bench: &Bench, milliseconds: &[Vec<Datagram>]) {
         assert!(driver <= 12, "driver of axis {axis}: {driver} ms");
         let switches =
             longest(milliseconds, |datagram| datagram.chip == controller && datagram.bytes[0] == REFERENCE_SWITCHES);
-        // Three readings in a row have all switches of the controller, and then nine others follow. Once in 192 milliseconds
-        // the version of the controller is read in their place.
+        // Three readings in a row have all switches of the controller, and then nine others follow. Once in 192
+        // milliseconds the version of the controller is read in their place.
         assert!(switches <= 22, "switches of the controller of axis {axis}: {switches} ms");
     }
 }
@@ -106,8 +106,8 @@ fn with_all_axes_moving_each_position_is_read_and_little_more() {
     }
 }
 
-/// A search looks at position and speed of its axis in each millisecond, and at the switches, which the axes of a controller
-/// have in one register. It has no use for other readings of these.
+/// A search looks at position and speed of its axis in each millisecond, and at the switches, which the axes of a
+/// controller have in one register. It has no use for other readings of these.
 #[test]
 fn with_all_axes_searching_the_switches_are_read_once_for_each_controller() {
     for mut bench in Bench::bare() {
@@ -145,8 +145,8 @@ fn an_axis_that_moves_alone_costs_one_datagram_more() {
     }
 }
 
-/// The chip's target goes ahead of a motor on a long way in steps. When all axes have to have theirs moved on in the same
-/// millisecond, that millisecond has no more datagrams than any other.
+/// The chip's target goes ahead of a motor on a long way in steps. When all axes have to have theirs moved on in the
+/// same millisecond, that millisecond has no more datagrams than any other.
 #[test]
 fn waypoints_of_all_axes_do_not_fill_a_millisecond() {
     for (mut bench, _, moving) in budgets() {
@@ -163,8 +163,8 @@ fn waypoints_of_all_axes_do_not_fill_a_millisecond() {
     }
 }
 
-/// Between two datagrams the links are looked at: one call of the module sends at most one, the position of an axis at
-/// the beginning of a millisecond, or half a millisecond later another reading of a controller.
+/// Between two datagrams the links are looked at: one call of the module sends at most one. That is the position of an
+/// axis at the beginning of a millisecond, or half a millisecond later another reading of a controller.
 #[test]
 fn the_links_are_looked_at_between_two_datagrams() {
     for mut bench in Bench::bare() {
@@ -198,8 +198,8 @@ fn the_links_are_looked_at_between_two_datagrams() {
     }
 }
 
-/// With all axes in a search, which looks at switches and speed with every turn, or held by their switches, a turn still
-/// leaves more than a third of the millisecond to the links and the program.
+/// All axes are in a search, which looks at switches and speed with every turn, or are held by their switches. A turn
+/// still leaves more than a third of the millisecond to the links and the program.
 #[test]
 fn a_turn_with_everything_to_do_fits_into_the_millisecond() {
     for (mut bench, ..) in budgets() {
@@ -222,7 +222,7 @@ fn a_turn_with_everything_to_do_fits_into_the_millisecond() {
     }
 }
 
-/// A right stop switch is seen within 24 milliseconds whenever it is pressed: each axis' own is read every 12, and left
+/// A right stop switch is seen within 24 milliseconds whenever it is pressed. Each axis' own is read every 12, and left
 /// out once in 192 for the version of the controller. A left one comes with every datagram.
 #[test]
 fn each_stop_switch_is_seen_in_time() {

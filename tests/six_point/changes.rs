@@ -1,4 +1,4 @@
-//! What is changed while the motor is on its way: in every phase of a ramp it arrives all the same, and runs over its target
+//! Changes while the motor is on its way. In every phase of a ramp it arrives all the same, and runs over its target
 //! only where it could not stop before.
 
 use crate::bench;
@@ -18,8 +18,8 @@ const RAMP: [&str; 8] = [
     "SAP 20, 0, 2000",
 ];
 
-/// The times in ms at which the motor is in each phase of a move over 60 000 microsteps with that ramp: A1 until 97, AMAX
-/// until 397, at its top speed until about 1.05 s, DMAX for 200 ms, D1 for 70 ms, and at its target.
+/// The times in ms at which the motor is in each phase of a move over 60 000 microsteps with that ramp: A1 until 97,
+/// AMAX until 397, at its top speed until about 1.05 s, DMAX for 200 ms, D1 for 70 ms, and at its target.
 const PHASES: [u64; 6] = [50, 250, 700, 1_050, 1_230, 1_500];
 
 /// A motor on its way to 60 000, `time` milliseconds after its start.

@@ -36,8 +36,8 @@ fn the_encoder_turns_round_with_the_shaft() {
     assert!((seen - 51_200).abs() <= 13, "{seen}");
 }
 
-/// A rotor that is held deviates: the motor stops, and bit 1 of parameter 207 tells why. When the encoder has been told where
-/// the motor is, a motion command moves it again.
+/// A rotor that is held deviates: the motor stops, and bit 1 of parameter 207 tells why. When the encoder has been told
+/// where the motor is, a motion command moves it again.
 #[test]
 fn a_deviation_stops_the_motor() {
     let mut bench = bench();

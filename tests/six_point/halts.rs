@@ -1,4 +1,4 @@
-//! What stops a motor on a TMC5160 at once or along the ramp: its stop switches, a stall, and the firmware.
+//! Causes that stop a motor on a TMC5160 at once or along the ramp: its stop switches, a stall, and the firmware.
 
 use crate::bench;
 use crate::common::Bench;
@@ -11,7 +11,7 @@ fn with_switches(toml: &str) -> Bench {
     Bench::of_in_world(Product::Tmcm3212, toml)
 }
 
-/// A hard stop is one without a ramp: the rotor is where the switch is, within what it turns in one tick of the ramp
+/// A hard stop is one without a ramp. The rotor is where the switch is, within what it turns in one tick of the ramp
 /// generator, 512 clocks, or 2 microsteps at 50 000 pps.
 #[test]
 fn a_switch_stops_the_motor_at_once_and_a_positioning_goes_on_when_it_opens() {
@@ -61,7 +61,7 @@ fn switches_can_be_inverted_and_swapped() {
     assert_eq!(["GAP 10, 0", "GAP 11, 0"].map(|line| bench.ok(line)), [1, 0]);
 }
 
-/// What is asked of the switches is read from the chip then, not in the next poll.
+/// The state of the switches is read from the chip when it is asked for, not in the next poll.
 #[test]
 fn switches_are_read_when_they_are_asked_for() {
     let mut bench = bench();
@@ -90,8 +90,8 @@ fn the_position_of_a_switch_is_latched() {
     assert!((49_999..=50_002).contains(&latched), "{latched}");
 }
 
-/// A stall above the speed of parameter 181 stops the motor in the chip, at once; below it, nothing does. A motion command
-/// lets the motor go again.
+/// A stall above the speed of parameter 181 stops the motor in the chip, at once; below it, nothing does. A motion
+/// command lets the motor go again.
 #[test]
 fn a_stall_stops_the_motor_in_the_chip() {
     let mut bench = bench();
@@ -102,8 +102,8 @@ fn a_stall_stops_the_motor_in_the_chip() {
     let from = bench.ok("GAP 1, 0");
     bench.run(SECOND);
     let way = bench.ok("GAP 1, 0") - from;
-    // With the filter a measurement takes four full steps, and the next one is whole: 2048 microsteps at most, and a few
-    // milliseconds at 50 000 pps.
+    // With the filter a measurement takes four full steps, and the next one is whole: 2048 microsteps at most, and a
+    // few milliseconds at 50 000 pps.
     assert!(way < 2_600, "{way}");
     assert_eq!(["GAP 3, 0", "GAP 2, 0", "GAP 207, 0", "GAP 207, 0"].map(|line| bench.ok(line)), [0, 0, 1, 0]);
     bench.control("load 0");
@@ -118,8 +118,8 @@ fn a_stall_stops_the_motor_in_the_chip() {
     assert_eq!(bench.ok("GAP 3, 0"), 30_000);
 }
 
-/// A motor that is faster than the threshold by 1 pps is stopped by a stall, and by no stall at its very speed: the chip's own
-/// hysteresis of 1/16 is not in the way. coolStep works from its speed on.
+/// A motor that is faster than the threshold by 1 pps is stopped by a stall, and by no stall at its very speed. The
+/// chip's own hysteresis of 1/16 is not in the way. coolStep works from its speed on.
 #[test]
 fn a_threshold_is_passed_at_its_speed() {
     for (speed, stops) in [(10_000, true), (9_999, false)] {
@@ -139,8 +139,8 @@ fn a_threshold_is_passed_at_its_speed() {
     }
 }
 
-/// Both thresholds are in one register: with coolStep from 20 000 pps on, a stall at 30 000 still does not stop a motor that
-/// may stall below 40 000; and the other way round.
+/// Both thresholds are in one register. With coolStep from 20 000 pps on, a stall at 30 000 still does not stop a motor
+/// that may stall below 40 000; and the other way round.
 #[test]
 fn stall_and_cool_step_have_thresholds_of_their_own() {
     for (stall, cool, stops) in [(40_000, 20_000, false), (20_000, 40_000, true), (20_000, 0, true)] {
@@ -189,8 +189,8 @@ fn a_motor_at_a_switch_takes_no_more_datagrams() {
     assert_eq!(datagrams(&bench) - before, 2_000);
 }
 
-/// A low supply stops the motor without a ramp: from 50 000 pps within a few milliseconds, by a ramp of 51 200 pps per second
-/// it would go on for a second.
+/// A low supply stops the motor without a ramp, from 50 000 pps within a few milliseconds. By a ramp of 51 200 pps per
+/// second it would go on for a second.
 #[test]
 fn the_firmware_stops_the_motor_without_a_ramp() {
     let mut bench = bench();

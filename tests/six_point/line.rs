@@ -1,5 +1,5 @@
-//! MVP COORD on a straight line with ramps of six points: all that a ramp has is in the ratio of the ways, and no axis exceeds
-//! what is its own.
+//! MVP COORD on a straight line with ramps of six points. All that a ramp has is in the ratio of the ways, and no axis
+//! exceeds what is its own.
 
 use crate::bench;
 use crate::common::Bench;
@@ -14,8 +14,8 @@ fn rotors(bench: &Bench) -> [i64; 3] {
     [0, 1, 2].map(|axis| board.world().axis(axis).motor().rotor())
 }
 
-/// Sends the three axes over their ways on a line. Returns how far a rotor was from the line at most, in microsteps, the time
-/// between the first and the last arrival, and the largest speed of each axis, in pps.
+/// Sends the three axes over their ways on a line. Returns how far a rotor was from the line at most, in microsteps,
+/// and the time between the first and the last arrival. The third value is the largest speed of each axis, in pps.
 fn draw(bench: &mut Bench, ways: [i32; 3]) -> (f64, Nanos, [f64; 3]) {
     let from = rotors(bench);
     for (axis, way) in ways.iter().enumerate() {
@@ -49,8 +49,8 @@ fn draw(bench: &mut Bench, ways: [i32; 3]) -> (f64, Nanos, [f64; 3]) {
     (off, there.iter().max().unwrap() - there.iter().min().unwrap(), fastest)
 }
 
-/// Draws a line and asserts that it is straight, within half a percent of the longest way or within three microsteps; and that
-/// the axes arrive within so many milliseconds.
+/// Draws a line and asserts that it is straight, within half a percent of the longest way or within three microsteps;
+/// and that the axes arrive within so many milliseconds.
 fn straight(bench: &mut Bench, ways: [i32; 3], allowed: Nanos) -> [f64; 3] {
     let (off, spread, fastest) = draw(bench, ways);
     let longest = ways.iter().map(|way| way.unsigned_abs()).max().unwrap();
@@ -141,10 +141,11 @@ fn a_line_that_a_short_press_has_broken_stays_broken() {
     }
 }
 
-/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms, and no
-/// more: 15 616 pps, less up to 260 for what a follower may be off and for the time between two readings. One that is far ahead
-/// is slower by as much. The line is one to one at 50 000 pps; with 200 000 pps per second the motor that stands needs a quarter
-/// of a second for that and lags 6 250 microsteps then, and the one that comes down from 100 000 pps is ahead by twice as much.
+/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms,
+/// and no more. That is 15 616 pps, less up to 260 for what a follower may be off and for the time between two
+/// readings. One that is far ahead is slower by as much. The line is one to one at 50 000 pps. With 200 000 pps per
+/// second the motor that stands needs a quarter of a second for that and lags 6 250 microsteps then. The one that comes
+/// down from 100 000 pps is ahead by twice as much.
 #[test]
 fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
     for (speeds, expected) in
@@ -174,8 +175,9 @@ fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
     }
 }
 
-/// While the leader speeds up, each millisecond brings its follower another speed limit, by one datagram besides the two of
-/// the poll. Nothing is told the leader, nor a follower whose limit stays: that of one microstep is 0 until its time has come.
+/// While the leader speeds up, each millisecond brings its follower another speed limit, by one datagram besides the
+/// two of the poll. Nothing is told the leader, nor a follower whose limit stays: that of one microstep is 0 until its
+/// time has come.
 #[test]
 fn a_correction_is_one_datagram_to_the_follower_that_needs_it() {
     const WRITE: u8 = 0x80;
@@ -201,9 +203,9 @@ fn a_correction_is_one_datagram_to_the_follower_that_needs_it() {
 /// VSTART, A1, V1, AMAX, DMAX, D1 and VSTOP, by the numbers of their parameters, with their registers.
 const RAMP: [(u8, u8); 7] = [(19, 0x23), (15, 0x24), (16, 0x25), (5, 0x26), (17, 0x28), (18, 0x2A), (20, 0x2B)];
 
-/// On a line a follower of half of the way has half of all that the ramp of its leader has; where that is more than what is its
-/// own, the leader has so much less. With the next move of its own each has its own ramp. In registers, with 2^24 / 16e6 and
-/// 2^41 / 16e6^2: 30 000 pps are 31 457, and 400 000 pps/s are 3 436.
+/// On a line a follower of half of the way has half of all that the ramp of its leader has. Where that is more than
+/// what is its own, the leader has so much less. With the next move of its own each has its own ramp. In registers,
+/// with 2^24 / 16e6 and 2^41 / 16e6^2: 30 000 pps are 31 457, and 400 000 pps/s are 3 436.
 #[test]
 fn all_that_a_ramp_has_is_in_the_ratio_of_the_ways() {
     let own = [1_000, 400_000, 30_000, 150_000, 200_000, 500_000, 2_000];

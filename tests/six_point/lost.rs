@@ -1,5 +1,5 @@
-//! A chip that is reset by its supply loses its registers and its position: it is noticed and set up again, and the motor
-//! stands until it is told something. One that does not answer is given up, as on the sisters.
+//! A chip that is reset by its supply loses its registers and its position: it is noticed and set up again, and the
+//! motor stands until it is told something. One that does not answer is given up, as on the sisters.
 
 use crate::bench;
 use crate::common::{NOT_AVAILABLE, OK};
@@ -29,8 +29,8 @@ fn a_chip_that_was_reset_is_set_up_again_with_the_motor_at_rest() {
     assert_eq!((bench.ok("GAP 1, 0"), bench.rotor()), (rests + 10_000, rotor + 10_000));
 }
 
-/// However long the supply of a chip is away, and whenever: the motor is where it was last known to be, and the module goes on.
-/// Without supply the chip reads as zeros, which may be one microstep from where the motor is.
+/// However long the supply of a chip is away, and whenever: the motor is where it was last known to be, and the module
+/// goes on. Without supply the chip reads as zeros, which may be one microstep from where the motor is.
 #[test]
 fn a_failing_supply_of_a_chip_loses_no_position() {
     for position in [30_000, 300_000, 1, -1] {
@@ -151,8 +151,8 @@ fn a_chip_that_answers_late_is_set_up_then() {
     }
 }
 
-/// A move or a search that a reset of the chip has ended has ended before its end (EPO); a rotation has no end, and of a motor
-/// that stands there is nothing to tell.
+/// A move or a search that a reset of the chip has ended has ended before its end (EPO). A rotation has no end, and of
+/// a motor that stands there is nothing to tell.
 #[test]
 fn a_reset_cuts_moves_and_searches_short() {
     for (command, cut_short) in

@@ -1,6 +1,6 @@
-//! The TMCM-3212, whose motors run on TMC5160s: ramps of six points at the rotor, goals that change on the way, stalls and
-//! switches that the chip itself stops at, its encoder, its units, and a chip that has been reset. Telegrams go in; telegrams
-//! and the rotor's trace come out.
+//! The TMCM-3212, whose motors run on TMC5160s: ramps of six points at the rotor, and goals that change on the way.
+//! Other tests are about stalls and switches that the chip itself stops at, its encoder, its units, and a chip that has
+//! been reset. Telegrams go in; telegrams and the rotor's trace come out.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

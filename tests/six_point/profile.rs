@@ -1,6 +1,6 @@
-//! The positions on a ramp of six points, worked out from the formulas of the TMC5160 datasheet (sections 12.1 and 12.2):
-//! v = v_chip f / 2^24 and a = a_chip f^2 / 2^41, with a clock of 16 MHz. What is set in pps and pps per second is rounded to
-//! the chip's units first.
+//! The positions on a ramp of six points, worked out from the formulas of the TMC5160 datasheet (sections 12.1 and
+//! 12.2). These are v = v_chip f / 2^24 and a = a_chip f^2 / 2^41, with a clock of 16 MHz. What is set in pps and pps
+//! per second is rounded to the chip's units first.
 
 const CLOCK: f64 = 16e6;
 

@@ -32,7 +32,8 @@ pub(crate) fn take_trace(bench: &Bench, axis: usize) -> Trace {
     bench.module.board().borrow_mut().change_world(|world| world.axis_mut(axis).take_trace()).unwrap()
 }
 
-/// Moves over a way and compares each step of the rotor with the profile: within two microsteps, or 0.1 % of the way so far.
+/// Moves over a way and compares each step of the rotor with the profile: within two microsteps, or 0.1 % of the way so
+/// far.
 fn follow(settings: Settings, way: i32) {
     let mut bench = bench();
     for line in settings.commands(0) {
@@ -47,8 +48,9 @@ fn follow(settings: Settings, way: i32) {
         bench.run(5 * MILLISECOND);
         let trace = take_trace(&bench, 0);
         let samples = trace.samples();
-        // At rest the ramp generator is in the middle of a microstep, so the first step comes after a half one. It changes its
-        // speed each 512 clocks, so all of the ramp may be up to 32 us early or late against one that does so all the time.
+        // At rest the ramp generator is in the middle of a microstep, so the first step comes after a half one. It
+        // changes its speed each 512 clocks, so all of the ramp may be up to 32 us early or late against one that does
+        // so all the time.
         let first = samples.iter().find(|sample| sample.rotor != start).unwrap();
         let begin = (0..1_000_000).map(|us| f64::from(us) * 1e-6).find(|time| profile.position(*time) >= 0.5).unwrap();
         let off = |shift: f64| {
@@ -148,8 +150,8 @@ fn a_motor_waits_before_it_turns_round() {
     assert!((0.99..1.01).contains(&waited), "{waited}");
 }
 
-/// The largest move that there is: from 0 over 2^31 - 1 microsteps, at the top speed of 7 999 512 pps it takes 268.5 s, and
-/// both ramps at 7 629 278 pps per second about a second more.
+/// The largest move that there is: from 0 over 2^31 - 1 microsteps. At the top speed of 7 999 512 pps it takes 268.5 s,
+/// and both ramps at 7 629 278 pps per second take about a second more.
 #[test]
 fn a_move_over_half_of_all_positions_arrives() {
     // No motor turns at 9375 rpm; one without inductance does, so that the rotor is where the chip has sent it.

@@ -4,8 +4,8 @@ use crate::common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::Product;
 
-/// How far the zero point may be from the middle between two edges: what a motor goes in two milliseconds at the switch speed
-/// of 4000 pps, and one microstep for each edge.
+/// How far the zero point may be from the middle between two edges. It is what a motor goes in two milliseconds at the
+/// switch speed of 4000 pps, and one microstep for each edge.
 const TOLERANCE: i64 = 10;
 /// The stop switches are closed for 1000 and 1600 microsteps, the home switch for 801.
 const LEFT: i64 = -40_000;
@@ -85,7 +85,8 @@ fn every_mode_finds_its_zero_point_three_at_a_time() {
     }
 }
 
-/// One axis searches, one stalls, one moves; then one deviates, one stops at its switch and one turns on.
+/// Three axes at the same time: one searches, one stalls, one moves; then one deviates, one stops at its switch and one
+/// turns on.
 #[test]
 fn what_happens_to_one_axis_is_nothing_to_the_others() {
     let world = format!("[[axis]]\n{STAGE}[[axis]]\n[[axis]]\nabn.lines = 1000\n");
@@ -115,9 +116,9 @@ fn what_happens_to_one_axis_is_nothing_to_the_others() {
     assert_eq!((speeds, flags), ([0, 30_000, 0], [0, 0, 2, 1]));
 }
 
-/// The zero point is in the middle between where the switch of the search closes and where it opens, which the ramp generator
-/// latches: that of the left one or, from 64 on, of the right one. At 50 000 pps, which the motor has by then because of the
-/// hysteresis, it makes 50 microsteps between two polls, so what they see would be further away.
+/// The zero point is in the middle between where the switch of the search closes and where it opens, which the ramp
+/// generator latches. The switch is the left one or, from 64 on, the right one. At 50 000 pps, which the motor has by
+/// then because of the hysteresis, it makes 50 microsteps between two polls. So what they see would be further away.
 #[test]
 fn the_zero_point_is_latched_at_the_switch_of_the_search() {
     for (mode, middle) in [(1, -28_500), (65, 28_500)] {

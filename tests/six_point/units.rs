@@ -4,7 +4,8 @@ use crate::bench;
 use crate::common::INVALID_VALUE;
 use hal_sim::clock::SECOND;
 
-/// 0: the numbers are the chip's. 16e6 / 2^24 = 0.953674 pps: at 50 000 the motor makes 47 683.7 microsteps in a second.
+/// 0: the numbers are the chip's. 16e6 / 2^24 = 0.953674 pps: at 50 000 the motor makes 47 683.7 microsteps in a
+/// second.
 #[test]
 fn with_the_unit_mode_0_numbers_are_those_of_the_chip() {
     let mut bench = bench();
@@ -25,8 +26,8 @@ fn with_the_unit_mode_0_numbers_are_those_of_the_chip() {
     assert!((rate - 50_000.0).abs() < 1.0, "{rate}");
 }
 
-/// ROR and ROL have a printed range of 32 bits, the chip has 2^23 - 512, which is 7 999 512 pps: they are clamped. Parameters
-/// 2 and 4 have ranges of their own.
+/// ROR and ROL have a printed range of 32 bits, the chip has 2^23 - 512, which is 7 999 512 pps: they are clamped.
+/// Parameters 2 and 4 have ranges of their own.
 #[test]
 fn rotations_beyond_the_chip_are_clamped() {
     for (line, sign) in [("ROR 0, 2147483647", 1), ("ROL 0, 2147483647", -1), ("ROR 0, -2147483648", -1)] {

@@ -14,7 +14,7 @@ use tmcm_sim::{NativeModule, VirtualModule};
 /// The modules; the first one leaves polls out.
 pub(crate) struct Pair {
     modules: [NativeModule; 2],
-    /// What was done, for a message if they differ.
+    /// Actions so far, for a message if the two modules differ.
     done: Vec<String>,
 }
 

@@ -1,5 +1,5 @@
-//! An hour of random programs, each beside the requests of a host and the disturbances of its world, shared out over the
-//! products.
+//! An hour of random programs, each beside the requests of a host and the disturbances of its world, shared out over
+//! the products.
 
 use crate::common::random::Random;
 use crate::common::random_command::{LENGTH, command};
@@ -12,7 +12,7 @@ use tmcm_sim::Product;
 const MINUTE: u64 = 60;
 /// How long each program runs at least, in milliseconds.
 const TURN: u64 = 500;
-/// What a command to a motor may be.
+/// Opcodes that a command to a motor may have.
 const OF_A_MOTOR: [Opcode; 8] =
     [Opcode::Ror, Opcode::Mvp, Opcode::Mst, Opcode::Rfs, Opcode::Sap, Opcode::Gap, Opcode::Stap, Opcode::Sco];
 

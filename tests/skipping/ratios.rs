@@ -1,5 +1,5 @@
-//! How much is gained: times of one run by one another, which no other load of the host changes much. `docs/figures.md` has
-//! the figures.
+//! How much is gained: times of one run by one another, which no other load of the host changes much. `docs/figures.md`
+//! has the figures.
 
 use crate::common::image;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
@@ -10,7 +10,7 @@ use tmcm::tmcl::{binary, text};
 use tmcm_sim::image::Setup;
 use tmcm_sim::{Client, ImageModule, NativeModule, VirtualModule};
 
-/// What the motor does: nothing, and turning at 30 518 microsteps/s.
+/// Commands for what the motor does: nothing, and turning at 30 518 microsteps/s.
 const DOES: [&str; 2] = ["MST 0", "ROR 0, 1000"];
 
 /// The shortest of some times in which a module that does so goes on for `span`.

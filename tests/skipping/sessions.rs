@@ -1,5 +1,5 @@
-//! Random sessions: hosts that set parameters, move and stop motors and wait, in worlds with switches, loads, faults and
-//! encoders.
+//! Random sessions: hosts that set parameters, move and stop motors and wait, in worlds with switches, loads, faults
+//! and encoders.
 
 use crate::common::random::Random;
 use crate::pair::{Pair, span};
@@ -46,7 +46,7 @@ fn command(random: &mut Random, product: Product) -> Command {
     text::parse(&line).unwrap()
 }
 
-/// What the world does.
+/// Returns a random disturbance by the world.
 fn disturbance(random: &mut Random, product: Product) -> String {
     let axis = random.below(product.spec().axes.into());
     let on = random.pick(&["on", "off", "off"]);

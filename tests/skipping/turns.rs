@@ -1,5 +1,5 @@
-//! How many turns are left out. Nobody but a clock on the wall sees that, so here it is counted: the times at which a module
-//! tells that it acts next.
+//! How many turns are left out. Nobody but a clock on the wall sees that, so here it is counted: the times at which a
+//! module tells that it acts next.
 
 use crate::common::Bench;
 use hal_sim::clock::SECOND;
@@ -18,9 +18,9 @@ fn events(bench: &mut Bench) -> usize {
     }
 }
 
-/// The most turns that are left out at once are 10 000. So a module that rests acts once within 20 seconds, and one whose motor
-/// turns three times or, where a rotation of readings takes longer, twice. Where the position of a TMC5160 is seen to leap
-/// when it differs by 2^14 microsteps, half of that is left out: 410 ms at 20 000 pps.
+/// The most turns that are left out at once are 10 000. So a module that rests acts once within 20 seconds, and one
+/// whose motor turns three times or, where a rotation of readings takes longer, twice. Where the position of a TMC5160
+/// is seen to leap when it differs by 2^14 microsteps, half of that is left out: 410 ms at 20 000 pps.
 #[test]
 fn turns_in_which_nothing_happens_are_left_out() {
     for (product, speed, turning) in [
@@ -47,10 +47,10 @@ fn turns_in_which_nothing_happens_are_left_out() {
     }
 }
 
-/// While a program is busy each turn is polled, and those of its next wait are left out all the same. Of this program's 10 000
-/// rounds of three commands each turn has 128 commands: that takes 235 turns, of which the first may be over with the reply.
-/// From the turn on that finds it waiting, for 100 seconds, a rotation of 64 turns and one more are polled, then 10 000 turns
-/// are left out.
+/// While a program is busy each turn is polled, and those of its next wait are left out all the same. Of this program's
+/// 10 000 rounds of three commands each turn has 128 commands: that takes 235 turns, of which the first may be over
+/// with the reply. From the turn on that finds it waiting, for 100 seconds, a rotation of 64 turns and one more are
+/// polled, then 10 000 turns are left out.
 #[test]
 fn turns_behind_a_program_that_was_busy_are_left_out() {
     let mut bench = Bench::new();
@@ -71,9 +71,9 @@ fn turns_behind_a_program_that_was_busy_are_left_out() {
     assert_eq!(events(&mut bench), 65 + 1);
 }
 
-/// A program that waits does nothing meanwhile, but for its timers: these act at the ends of their periods, four in the time of
-/// the test, and from each of them on a rotation of 64 turns and two more are polled. A timer that is not enabled does not
-/// count, nor one without a period.
+/// A program that waits does nothing meanwhile, but for its timers. These act at the ends of their periods, four in the
+/// time of the test. From each of them on a rotation of 64 turns and two more are polled. A timer that is not enabled
+/// does not count, nor one without a period.
 #[test]
 fn turns_in_which_a_program_waits_are_left_out() {
     for (settings, expected) in

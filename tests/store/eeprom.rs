@@ -1,5 +1,5 @@
-//! An EEPROM that keeps other bytes than it was given, that is silent, or that holds another firmware's data while
-//! that gives way to ours; and numbers in its pages that have come to their end.
+//! An EEPROM that keeps other bytes than it was given, that is silent, or that holds another firmware's data while that
+//! gives way to ours. Other tests are about numbers in its pages that have come to their end.
 
 use crate::common::program::STORED;
 use crate::common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
@@ -48,7 +48,7 @@ fn foreign() -> Vec<u8> {
     (0..16_384_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect()
 }
 
-/// What a person is told when a module starts on the contents of this one's EEPROM.
+/// Returns what a person is told when a module starts on the contents of this one's EEPROM.
 fn told(bench: &Bench) -> Vec<String> {
     Bench::with_eeprom(&bench.eeprom()).module.take_log()
 }
@@ -64,7 +64,7 @@ fn set_epoch(page: &mut [u8], epoch: u16) {
 
 // ---- what the part does with what it is given
 
-/// What has been written is read back: a reply never tells of something as stored that is not in there.
+/// Bytes that have been written are read back: a reply never tells of something as stored that is not in there.
 #[test]
 fn other_bytes_than_were_given_are_noticed() {
     for (before, store, look, old) in [
@@ -139,8 +139,8 @@ fn the_numbers_of_factory_resets_start_anew() {
     }
 }
 
-/// The first page tells how often there was a factory reset: however many there were, settings that are older do not come
-/// back. Where that page is lost the newest of the others tells, and the first store repairs it.
+/// The first page tells how often there was a factory reset: however many there were, settings that are older do not
+/// come back. Where that page is lost the newest of the others tells, and the first store repairs it.
 #[test]
 fn settings_from_before_a_factory_reset_do_not_come_back() {
     let mut bench = Bench::new();
@@ -215,8 +215,8 @@ fn a_page_with_one_good_copy_is_no_stranger() {
     }
 }
 
-/// A write that fails while foreign pages are made ours fails the command that has begun it, and nothing of what it was to
-/// store is in force; the next command that stores goes on.
+/// A write that fails while foreign pages are made ours fails the command that has begun it. Nothing of what the
+/// command was to store is in force. The next command that stores goes on.
 #[test]
 fn a_write_fails_while_foreign_pages_are_made_ours() {
     let mut failed = 0;

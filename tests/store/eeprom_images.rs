@@ -14,8 +14,9 @@ use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm_sim::client::Client;
 
-/// What a user leaves behind, of whom nobody knows where he was when the power went: settings, a program, one that is
-/// protected, a download and an erasure cut short, another firmware's data, nothing.
+/// Returns contents of an EEPROM that a user leaves behind, of whom nobody knows where he was when the power went. They
+/// are settings, a program, one that is protected, a download and an erasure cut short, another firmware's data,
+/// nothing.
 fn left_behind() -> Vec<Vec<u8>> {
     let mut images = vec![vec![0xFF; PAGE * PAGES], vec![0; PAGE * PAGES]];
     let program = ["SGP 1, 2, 1", "ROR 0, 100", "WAIT TICKS, 0, 1", "MST 0", "JA 0"].repeat(20);
@@ -106,8 +107,8 @@ impl Random {
     }
 }
 
-/// Brings a module that may have started in ASCII mode, with a program that runs, with a heartbeat or without replies to
-/// where a host can talk to it.
+/// Brings a module that may have started in ASCII mode, with a program that runs, with a heartbeat or without replies
+/// to where a host can talk to it.
 fn settle(bench: &mut Bench) {
     // An erasure that was cut short is ended at the start.
     bench.run(2 * SECOND);
@@ -131,7 +132,7 @@ fn settle(bench: &mut Bench) {
     bench.power_cycle();
 }
 
-/// What the module says it has stored is there after a restart, whatever else was in the EEPROM.
+/// Asserts that what the module says it has stored is there after a restart, whatever else was in the EEPROM.
 fn stores(bench: &mut Bench, random: &mut Random) {
     let value = random.below(2000) as i32 + 1;
     for line in [

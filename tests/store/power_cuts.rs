@@ -10,11 +10,11 @@ use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 use tmcm::tmcl::{binary, text};
 use tmcm_sim::{Product, VirtualModule};
 
-/// What is stored by whom: the lines that make a change, the last of which stores it, and the setting it changes.
+/// Changes that are stored: the lines that make a change, the last of which stores it, and the setting that is changed.
 type Script = Vec<(Vec<String>, String)>;
 
-/// The script for a product: its first axis and its last have a part in it. Where no axis parameter is stored, coordinates
-/// take their place.
+/// The script for a product: its first axis and its last have a part in it. Where no axis parameter is stored,
+/// coordinates take their place.
 fn script(product: Product) -> Script {
     let spec = product.spec();
     let last = spec.axes - 1;
@@ -198,7 +198,7 @@ fn all_through_the_write_cycles() {
     }
 }
 
-/// One bit of each page in turn is wrong: the older copy or the default takes its place, somebody is told, and
+/// A single bit of each page in turn is wrong: the older copy or the default takes its place, somebody is told, and
 /// nothing is written before the first store.
 #[test]
 fn a_flipped_bit_in_each_page() {

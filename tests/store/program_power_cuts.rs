@@ -24,7 +24,7 @@ fn control(opcode: Opcode, value: i32) -> Command {
     Command::new(opcode as u8, 0, 0, value)
 }
 
-/// What brings a program into the module.
+/// Returns the commands that bring a program into the module.
 fn download(mark: i32) -> Vec<Command> {
     let mut commands = vec![control(Opcode::EnterDownload, 0)];
     commands.extend(program(mark));
@@ -123,7 +123,7 @@ fn settings_are_there(bench: &mut Bench, what: &str) {
     assert_eq!(send(bench, "GGP 77, 0"), (OK, 1), "{what}");
 }
 
-/// What program memory shows.
+/// Returns the commands that program memory shows.
 fn memory(bench: &mut Bench) -> Vec<Command> {
     let show = |address: u16| {
         let reply = exchange(bench, control(Opcode::ReadMemory, address.into())).unwrap();

@@ -1,5 +1,6 @@
-//! The supply fails while a module puts all its settings back, or makes the EEPROM of a sister its own. Whoever looks after the
-//! next start finds all settings as they were, or all of them as they come from the factory: never some of both.
+//! The supply fails while a module puts all its settings back, or makes the EEPROM of a sister its own. Whoever looks
+//! after the next start finds all settings as they were, or all of them as they come from the factory: never some of
+//! both.
 
 use crate::common::{Bench, OK, telegram};
 use crate::power_cuts::{read_all, settings};
@@ -95,7 +96,7 @@ impl Cut {
         bytes.chain((0..times).map(|n| Cut::Time(n * span / times))).collect()
     }
 
-    /// What is in the EEPROM after this cut. Each seed tears a page in another way.
+    /// Returns the bytes in the EEPROM after this cut. Each seed tears a page in another way.
     fn leaves(self, product: Product, eeprom: &[u8], lines: &[&str], seed: u32) -> Vec<u8> {
         let mut bench = Bench::resumed_as(product, eeprom, seed);
         if let Cut::Byte(byte) = self {
@@ -218,7 +219,7 @@ fn a_sister_takes_an_eeprom_over_or_leaves_it() {
     }
 }
 
-/// What the second product has found there stays its own: it has the defaults, or what it has stored.
+/// Values that the second product has found there stay its own: it has the defaults, or what it has stored.
 #[test]
 fn who_takes_an_eeprom_over_finds_what_it_has_stored() {
     for (first, second) in SISTERS {
@@ -245,8 +246,8 @@ fn who_takes_an_eeprom_over_finds_what_it_has_stored() {
     }
 }
 
-/// An EEPROM in which an earlier firmware of the sister has overwritten a part of the settings: a mixture, until the sister
-/// stores something.
+/// An EEPROM in which an earlier firmware of the sister has overwritten a part of the settings: a mixture, until the
+/// sister stores something.
 #[test]
 fn a_mixture_ends_with_the_next_store_of_the_sister() {
     let mut eeprom = all_stored(Product::Tmcm6110);

@@ -47,7 +47,7 @@ fn storing_without_an_eeprom_is_status_5_and_changes_nothing() {
     }
 }
 
-/// What was stored is known while the module runs: restoring it takes no EEPROM.
+/// Values that were stored are known while the module runs: restoring them takes no EEPROM.
 #[test]
 fn what_is_stored_can_be_restored_without_an_eeprom() {
     let mut bench = Bench::new();

@@ -1,5 +1,5 @@
-//! What survives power-off, and when: settings through telegrams, the EEPROM's contents at the time of the
-//! reply, power cuts in between.
+//! Values that survive power-off, and when: settings through telegrams, the EEPROM's contents at the time of the reply,
+//! power cuts in between.
 
 use crate::common::table::{AXIS, GLOBAL, INTERRUPT};
 use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE, telegram};
@@ -306,7 +306,7 @@ fn a_second_thought_from_another_link_is_durable_as_well() {
     }
 }
 
-/// What is stored already is not written again, and answered at once.
+/// A value that is stored already is not written again, and answered at once.
 #[test]
 fn an_unchanged_value_costs_no_write() {
     let mut bench = Bench::new();

@@ -21,7 +21,7 @@ fn row(emergency: Emergency) -> String {
 
 #[test]
 fn the_table_of_emergencies() {
-    let path = fw::workspace().unwrap().join("docs/canopen.md");
+    let path = xtask::workspace().unwrap().join("docs/canopen.md");
     let page = std::fs::read_to_string(path).unwrap().replace("\r\n", "\n");
     let (before, rest) = page.split_once(HEAD).expect("docs/canopen.md has the head of the table");
     // The table ends at the first line that is none of its rows.

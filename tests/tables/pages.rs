@@ -3,7 +3,7 @@
 /// Compares a file of `docs` with what the tables say; with `UPDATE_DOCS=1` in the environment it is written anew.
 /// `test` tells Cargo which test this is.
 pub(crate) fn compare(name: &str, test: &str, expected: &str) {
-    let path = fw::workspace().unwrap().join("docs").join(name);
+    let path = xtask::workspace().unwrap().join("docs").join(name);
     if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, expected).unwrap();

@@ -19,7 +19,7 @@ Generated from the tables in `src/param` - do not edit. After a change there:
 *at once* by the command that sets it, nothing: lost with the power. A value outside the range is answered with
 status 4, a write to a parameter that can only be read with status 3, and nothing changes. ";
 
-/// What the units of speed and acceleration are.
+/// Text on the units of speed and acceleration.
 const INTERNAL: &str = "\
 Internal units (*int*)
 of velocity and acceleration are those of the TMC429.
@@ -29,7 +29,7 @@ Speeds are in
 microsteps per second (*pps*), accelerations in pps per second (*pps2*).
 ";
 
-/// What stands above each table.
+/// Texts that stand above each table.
 const AXIS: &str = "Read by GAP, written by SAP and AAP, stored by STAP, restored by RSAP.";
 const AXIS_UNSTORED: &str = "Read by GAP, written by SAP and AAP. None is stored.";
 const GLOBAL: &str = "Read by GGP, written by SGP and AGP.";

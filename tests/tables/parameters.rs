@@ -7,9 +7,9 @@ use tmcm::param::{Interrupt, Row};
 use tmcm::tmcl::Command;
 use tmcm_sim::Product;
 
-/// True for a parameter whose value is not simply what was written: the target speed, which counts in velocity mode
-/// alone, and in bank 0 tick timer, random number, the lock of the EEPROM, and the one that silences the reply to its own
-/// test. Each has a test of its own.
+/// True for a parameter whose value is not simply what was written. One is the target speed, which counts in velocity
+/// mode alone. The others, in bank 0, are tick timer, random number, the lock of the EEPROM, and the parameter that
+/// silences the reply to its own test. Each has a test of its own.
 fn is_peculiar(table: &Table, number: u8) -> bool {
     if table.is_global() { [73, 132, 133, 255].contains(&number) } else { number == 2 }
 }
@@ -103,7 +103,7 @@ fn beyond_the_limits_nothing_changes() {
     }
 }
 
-/// What is written to one axis is read from no other.
+/// A value that is written to one axis is read from no other.
 #[test]
 fn each_axis_has_its_own_values() {
     for product in Product::ALL {

@@ -1,5 +1,5 @@
-//! Parameters with rules of their own: modes, divisors, timers, numbers at random, the silence, and the addresses of the
-//! links.
+//! Parameters with rules of their own: modes, divisors, timers, numbers at random, the silence, and the addresses of
+//! the links.
 
 use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::board::{Board, Chip, SharedBoard};
@@ -31,9 +31,9 @@ fn reference_search_modes() {
     }
 }
 
-/// Parameters 153 and 154: a divisor is taken if positioning has a PMUL/PDIV pair for some acceleration:
-/// p = A / (128 * 2^(153 - 154)) must reach 128/2^16 (and a little more: it is reduced by 1.2 %) with
-/// A up to 2047, and 255/2^3 with A from 1.
+/// Parameters 153 and 154: a divisor is taken if positioning has a PMUL/PDIV pair for some acceleration. With A up to
+/// 2047, p = A / (128 * 2^(153 - 154)) must reach 128/2^16 (and a little more: it is reduced by 1.2 %). With A from 1
+/// it must reach 255/2^3.
 #[test]
 fn divisors_need_a_braking_parameter() {
     for ramp in 0..=13 {
@@ -73,8 +73,8 @@ fn hysteresis_start_8() {
     assert_eq!(bench.ok("GAP 166, 0"), 8);
 }
 
-/// Parameters 164, 165, 167 and 179 of the TMCM-1110 are fields of its driver: HDEC, HEND and TOFF of CHOPCONF, and VSENSE
-/// of DRVCONF.
+/// Parameters 164, 165, 167 and 179 of the TMCM-1110 are fields of its driver: HDEC, HEND and TOFF of CHOPCONF, and
+/// VSENSE of DRVCONF.
 #[test]
 fn chopper_of_a_tmcm_1110() {
     let mut bench = Bench::of(Product::Tmcm1110);

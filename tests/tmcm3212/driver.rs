@@ -64,8 +64,8 @@ fn the_delay_of_the_standby_current_is_told_to_the_chip() {
     }
 }
 
-/// The chip has one threshold for both stall and coolStep, as a time: at 10000 pps 16e6 / 10000 = 1600 clocks are 1/256 of a
-/// full step. It gets the lower speed of the two.
+/// The chip has one threshold for both stall and coolStep, as a time: at 10000 pps 16e6 / 10000 = 1600 clocks are 1/256
+/// of a full step. It gets the lower speed of the two.
 #[test]
 fn thresholds_are_told_to_a_chip_whose_motor_turns() {
     let mut bench = bench();
@@ -90,8 +90,8 @@ const COOLCONF: u8 = 0x6D;
 const DCCTRL: u8 = 0x6E;
 const PWMCONF: u8 = 0x70;
 
-/// Every parameter of the driver, what it is set to, and the bits that must then stand in which register (TMC5160 datasheet,
-/// chapter 6): register, lowest bit, width, field.
+/// Every parameter of the driver, what it is set to, and the bits that must then stand in which register (TMC5160
+/// datasheet, chapter 6): register, lowest bit, width, field.
 #[test]
 fn every_driver_parameter_reaches_its_field() {
     let table: &[(&[&str], u8, u32, u32, u32)] = &[
@@ -115,7 +115,8 @@ fn every_driver_parameter_reaches_its_field() {
         (&["SAP 27, 1, 1"], CHOPCONF, 19, 1, 1),
         (&["SAP 177, 1, 1"], CHOPCONF, 30, 2, 3),
         (&["SAP 162, 1, 1"], CHOPCONF, 20, 4, 4),
-        // With constant off time bits 4 to 6 and 11 are the time of fast decay, and 7 to 10 the offset of the sine wave.
+        // With constant off time bits 4 to 6 and 11 are the time of fast decay, and 7 to 10 the offset of the sine
+        // wave.
         (&["SAP 163, 1, 1"], CHOPCONF, 14, 1, 1),
         (&["SAP 165, 1, 13", "SAP 163, 1, 1"], CHOPCONF, 4, 3, 5),
         (&["SAP 165, 1, 13", "SAP 163, 1, 1"], CHOPCONF, 11, 1, 1),
@@ -155,8 +156,8 @@ fn every_driver_parameter_reaches_its_field() {
     }
 }
 
-/// The currents of the parameters are shares of the full one: GLOBAL_SCALER is 0, which is the whole (datasheet section 6.1),
-/// also in a chip that has had another one before a warm start.
+/// The currents of the parameters are shares of the full one: GLOBAL_SCALER is 0, which is the whole (datasheet section
+/// 6.1), also in a chip that has had another one before a warm start.
 #[test]
 fn currents_are_shares_of_the_full_one() {
     let mut bench = bench();
@@ -168,8 +169,8 @@ fn currents_are_shares_of_the_full_one() {
     assert_eq!([0, 1, 2].map(|axis| register(&bench, axis, GLOBAL_SCALER)), [0; 3]);
 }
 
-/// A chip is asked for its version before it is told anything, and again once its reset is noted: what is set up after that
-/// is set up in a chip that answers, and whose reset_flag is not the old one any more.
+/// A chip is asked for its version before it is told anything, and again once its reset is noted. What is set up after
+/// that is set up in a chip that answers, and whose reset_flag is not the old one any more.
 #[test]
 fn a_chip_is_confirmed_before_and_after_its_reset_is_noted() {
     let mut bench = bench();
@@ -219,9 +220,10 @@ fn a_position_that_is_set_is_the_target_as_well() {
     assert_eq!((bench.ok("GAP 1, 2"), bench.ok("GAP 8, 2")), (42, 1));
 }
 
-/// A poll is two datagrams: one asks for the position, the other for something else in rotation, each second time for the
-/// speed. In 32 turns the driver's state is asked for eight times, the ramp's four times, the encoder's three times, and the
-/// version once, whether the motor stands at zero or elsewhere, or turns, also where a stall is to stop it.
+/// A poll is two datagrams: one asks for the position, the other for something else in rotation, each second time for
+/// the speed. In 32 turns the driver's state is asked for eight times, the ramp's four times, the encoder's three
+/// times, and the version once. This holds whether the motor stands at zero or elsewhere, or turns, also where a stall
+/// is to stop it.
 #[test]
 fn a_poll_is_two_datagrams_in_a_rotation_of_readings() {
     const ROTATION: [(u8, usize); 6] = [(0x21, 32), (0x22, 16), (0x6F, 8), (0x35, 4), (0x3B, 3), (IOIN, 1)];

@@ -8,8 +8,8 @@ use tmcm::vm::ErrorFlag;
 /// Bits of parameter 208 after each fault, as long as its motor has not been sent anywhere.
 const SHUT_DOWNS: [(&str, i32); 3] = [("overtemperature", 1 << 1), ("short-a", 1 << 3), ("short-b", 1 << 4)];
 
-/// A driver that has shut down is switched on again by the next motion, which is not ended by what was read of the driver
-/// before.
+/// A driver that has shut down is switched on again by the next motion, which is not ended by what was read of the
+/// driver before.
 #[test]
 fn the_motion_after_a_shut_down_goes_to_its_end() {
     for (fault, flag) in SHUT_DOWNS {
@@ -46,8 +46,8 @@ fn a_short_that_lasts_ends_the_next_motion_too() {
     assert_ne!(bench.ok("GAP 208, 2") & 1 << 3, 0);
 }
 
-/// A bus that is stuck for two milliseconds, high or low, is no reset of the chips: all motors go on to their targets, also
-/// one that is near position zero or one before it, as such a bus reads.
+/// A bus that is stuck for two milliseconds, high or low, is no reset of the chips. All motors go on to their targets,
+/// also one that is near position zero or one before it, as such a bus reads.
 #[test]
 fn a_bus_that_is_stuck_for_a_moment_changes_nothing() {
     for fault in ["spi", "spi-low"] {

@@ -128,8 +128,8 @@ fn each_axis_tells_the_deviation_of_its_own_encoder() {
     assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 207, {axis}"))), [0, 2, 0]);
 }
 
-/// A blow back, and the encoder is again where the motor is: the next motion is not ended by what is over, and the next blow
-/// is told as the first was.
+/// A blow back, and the encoder is again where the motor is. The next motion is not ended by what is over, and the next
+/// blow is told as the first was.
 #[test]
 fn a_deviation_that_ends_ends_nothing_more() {
     let mut bench = in_world(|_| "[axis.abn]\nlines = 800\n".into());

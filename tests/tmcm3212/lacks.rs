@@ -1,4 +1,5 @@
-//! What the TMCM-3212 has not: settings of axes in the EEPROM, ASCII mode, and a program memory as small as its sisters'.
+//! Features that the TMCM-3212 does not have: settings of axes in the EEPROM, ASCII mode, and a program memory as small
+//! as its sisters'.
 
 use super::bench;
 use crate::common::program::STORED;

@@ -1,4 +1,5 @@
-//! What the manual prints (firmware V1.05): its telegrams, its two programs, and its refusals. Its misprints are noted.
+//! Examples that the manual prints (firmware V1.05): its telegrams, its two programs, and its refusals. Its misprints
+//! are noted.
 
 use super::bench;
 use crate::common::{Bench, INVALID_VALUE, OK, WRONG_CHECKSUM};
@@ -44,7 +45,8 @@ fn the_telegrams_are_carried_out() {
         assert_eq!(exchange(&mut bench, source, rol), (OK, 51_200));
         bench.run(3 * SECOND);
         assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GAP 3, 0")), (-51_200, -51_200));
-        // Section 3.6.3 says that MST sets axis parameter 0 to zero. It is the target speed, 2; 0 is the target position.
+        // Section 3.6.3 says that MST sets axis parameter 0 to zero. It is the target speed, 2; 0 is the target
+        // position.
         assert_eq!(exchange(&mut bench, source, mst), (OK, 0));
         bench.run(2 * SECOND);
         assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GAP 3, 0")), (0, 0));
@@ -78,8 +80,8 @@ fn the_commands_come_over_can_too() {
     }
 }
 
-/// "Moving to an absolute position in the range from -2147483648...2147483647", at the shorter way: from 2^31 - 1 it is one
-/// microstep to -2^31.
+/// "Moving to an absolute position in the range from -2147483648...2147483647", at the shorter way: from 2^31 - 1 it is
+/// one microstep to -2^31.
 #[test]
 fn positions_have_32_bits() {
     let mut bench = bench();
@@ -92,8 +94,8 @@ fn positions_have_32_bits() {
     assert_eq!((bench.ok("GAP 1, 0"), bench.rotor()), (i32::MAX - 2, -2));
 }
 
-/// The value of ROR and ROL is printed with 32 bits (as -2147483648...2147583647, a misprint); the motor gets the range of
-/// parameter 2. Parameters 2 and 4 have their ranges themselves.
+/// The value of ROR and ROL is printed with 32 bits (as -2147483648...2147583647, a misprint); the motor gets the range
+/// of parameter 2. Parameters 2 and 4 have their ranges themselves.
 #[test]
 fn ror_and_rol_are_limited_where_parameters_are_refused() {
     let mut bench = bench();

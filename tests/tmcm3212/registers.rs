@@ -1,5 +1,5 @@
-//! All registers of a chip that parameters make, as whole words: after each setting those that it is for are as the TMC5160
-//! datasheet has it (chapters 5, 6 and 12), and all others are what they were.
+//! All registers of a chip that parameters make, as whole words. After each setting those that it is for are as the
+//! TMC5160 datasheet has it (chapters 5, 6 and 12), and all others are what they were.
 
 use super::bench;
 use crate::common::Bench;
@@ -30,8 +30,8 @@ const COOLCONF: u8 = 0x6D;
 const DCCTRL: u8 = 0x6E;
 const PWMCONF: u8 = 0x70;
 
-/// What the defaults of the parameters make. Of speeds and accelerations in pps the units of registers are 2^24 / 16e6 and
-/// 2^41 / 16e6^2: 51 200 are 53 687.09 and 439.80. VSTART is at least 1.
+/// The registers that the defaults of the parameters make. Of speeds and accelerations in pps the units of registers
+/// are 2^24 / 16e6 and 2^41 / 16e6^2: 51 200 are 53 687.09 and 439.80. VSTART is at least 1.
 const DEFAULTS: [(u8, u32); 24] = [
     // multistep_filt.
     (GCONF, 0x8),
@@ -102,10 +102,10 @@ fn currents_are_in_their_fields() {
     }
 }
 
-/// Thresholds are clocks in 1/256 of a full step: at 10 000 pps 16e6 / 10 000 = 1600, and with 16 microsteps in a full step
-/// a sixteenth of that. They have 20 bits. The motor passes TCOOLTHRS when its period is less than 15/16 of it, less 1: 1709 is
-/// the least threshold that a period of 1600 passes, as 1601.19. VDCMIN is a speed of the ramp generator, of
-/// which the chip keeps no bits below 2^8.
+/// Thresholds are clocks in 1/256 of a full step. At 10 000 pps they are 16e6 / 10 000 = 1600, and with 16 microsteps
+/// in a full step a sixteenth of that. They have 20 bits. The motor passes TCOOLTHRS when its period is less than 15/16
+/// of it, less 1: 1709 is the least threshold that a period of 1600 passes, as 1601.19. VDCMIN is a speed of the ramp
+/// generator, of which the chip keeps no bits below 2^8.
 #[test]
 fn thresholds_are_clocks_in_a_microstep() {
     const LONGEST: u32 = 0xF_FFFF;
@@ -163,8 +163,8 @@ fn switches_do_what_the_parameters_say() {
     }
 }
 
-/// Registers of speeds end at 2^18 - 1, 2^20 - 1 and 2^23 - 512; those of accelerations at 65 535, and they are not 0. The
-/// stop velocity is not 0, nor is it below the start velocity.
+/// Registers of speeds end at 2^18 - 1, 2^20 - 1 and 2^23 - 512; those of accelerations at 65 535, and they are not 0.
+/// The stop velocity is not 0, nor is it below the start velocity.
 #[test]
 fn ramps_are_in_the_units_of_the_registers() {
     expect(&[(4, 7_999_774)], &[(VMAX, 8_388_096)]);
@@ -193,8 +193,9 @@ fn ramps_are_in_the_units_of_the_registers() {
     );
 }
 
-/// The microsteps in a count of the encoder, in 1/65 536, or in 1/10 000 where that alone is exact (bit 10 of ENCMODE): 51 200
-/// in a turn of 4 000 counts are 12.8. With the shaft reversed it is the negative; in decimal mode -12.8 is -13 and 2 000.
+/// The microsteps in a count of the encoder, in 1/65 536, or in 1/10 000 where that alone is exact (bit 10 of ENCMODE).
+/// For example, 51 200 in a turn of 4 000 counts are 12.8. With the shaft reversed it is the negative; in decimal mode
+/// -12.8 is -13 and 2 000.
 #[test]
 fn the_scale_of_the_encoder_is_exact_where_it_can_be() {
     const DECIMAL: u32 = 0x400;

@@ -11,9 +11,9 @@ use crate::program::{end, target};
 /// Column of the comments.
 const COMMENT: usize = 36;
 
-/// A source that assembles to these commands when the first one has the address `origin`, with the names that parameters
-/// have on a product; without names for a product that is not known. Where the program ends and more follows, a comment
-/// says so.
+/// A source that assembles to these commands when the first one has the address `origin`. It has the names that
+/// parameters have on a product, and no names for a product that is not known. Where the program ends and more follows,
+/// a comment says so.
 pub fn source(commands: &[Command], origin: u16, product: Option<Product>) -> String {
     let origin = usize::from(origin);
     let addresses = origin..origin + commands.len();

@@ -48,7 +48,7 @@ pub fn trim(commands: &mut Vec<Command>) {
     commands.truncate(if ends { used } else { used + 1 });
 }
 
-/// What the source is and how it becomes a program again.
+/// The heading of the source: what it is and how it becomes a program again.
 pub fn heading(commands: &[Command], at: u16, identity: Identity) -> String {
     let number = identity.number;
     let version = identity.version.map_or_else(String::new, |_| format!(" ({identity})"));

@@ -5,15 +5,15 @@ use std::fmt;
 /// Why a job has ended before its time.
 #[derive(Debug)]
 pub enum Failure {
-    /// It cannot be done: the message for the user.
+    /// The job cannot be done: the message for the user.
     Failed(String),
-    /// What was asked for contradicts itself, or is no number of the module: the message for the user.
+    /// The request contradicts itself, or is no number of the module: the message for the user.
     Arguments(String),
-    /// It has been asked to end.
+    /// The job has been asked to end.
     Interrupted {
         /// The number of the signal, as [`Stop::signal`](crate::stop::Stop::signal) has it.
         signal: u8,
-        /// What the user has to know about it; empty if nothing is left half done.
+        /// The message with what the user has to know about it; empty if nothing is left half done.
         message: String,
     },
 }

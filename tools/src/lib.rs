@@ -1,5 +1,5 @@
-//! What knows TMCL and the modules that speak it, without an operating system: no files, no threads, no clock and no terminal.
-//! It is the same for a program, for a page in a browser and for a test in virtual time.
+//! Knowledge of TMCL and of the modules that speak it, without an operating system: no files, no threads, no clock and
+//! no terminal. It is the same for a program, for a page in a browser and for a test in virtual time.
 //!
 //! * [`product`] - the products that are known
 //! * [`asm`] - the assembler for TMCL programs, whose texts come from [`sources`]

@@ -11,8 +11,8 @@ use crate::product::Product;
 use crate::request::Request;
 use crate::wire::LinkError;
 
-/// Sends a command and gives the reply in words. Of a value, motor or bank out of range that says which motor, bank or set of
-/// axes the module does not have, if that is what is wrong.
+/// Sends a command and gives the reply in words. Of a value, motor or bank out of range that says which motor, bank or
+/// set of axes the module does not have, if that is what is wrong.
 pub fn ask(module: &mut Conversation, request: Request) -> Result<Meaning, Error> {
     let reply = reply_to(module, request)?;
     let mut meaning = Meaning::from(reply.as_ref());
@@ -51,7 +51,7 @@ pub fn unit_and_name(module: &mut Conversation, command: Command) -> Result<(&'s
     Ok((unit, name))
 }
 
-/// What the module is, and whether the values of the command are in units of its chip.
+/// The product of the module, and whether the values of the command are in units of its chip.
 fn units(module: &mut Conversation, command: Command) -> Result<(Option<Product>, bool), Error> {
     let product = module.product()?;
     Ok((product, depends_on_unit_mode(product, command) && module.is_in_chip_units(command.motor)?))

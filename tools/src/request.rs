@@ -78,7 +78,7 @@ impl Typed {
 pub struct Answered {
     /// The command.
     pub command: String,
-    /// Its reply.
+    /// The reply to the command.
     #[serde(flatten)]
     pub reply: Option<Reply>,
     /// Why there is no reply.

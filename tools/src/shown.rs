@@ -1,13 +1,14 @@
 //! Text that comes from elsewhere, as it may be shown.
 //!
-//! Lines of files, names, what a module or a simulator has answered: characters in them that control a terminal could clear its
-//! screen, change its title or show text in another order than it has, so they are shown and never sent.
+//! Such text is lines of files, names, and what a module or a simulator has answered. Characters in it that control a
+//! terminal could clear its screen, change its title or show text in another order than it has. So they are shown and
+//! never sent.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// A text in which characters that control terminals are shown by their numbers, as JSON writes them: `\u001b` for ESC. A line
-/// of JSON says the same as before. Ends of lines and tabs stay.
+/// A text in which characters that control terminals are shown by their numbers, as JSON writes them: `\u001b` for ESC.
+/// A line of JSON says the same as before. Ends of lines and tabs stay.
 pub fn shown(text: &str) -> Cow<'_, str> {
     if !text.contains(controls) {
         return Cow::Borrowed(text);

@@ -17,11 +17,11 @@ pub trait Stop {
     /// The number of the signal that has asked: that of SIGINT for a user, and where there are no signals.
     fn signal(&self) -> u8;
 
-    /// What has been asked so far does not count any more: what has to be done before the end goes on until it is asked again.
+    /// Forgets what has been asked so far: what has to be done before the end goes on until it is asked again.
     fn forget(&self);
 
-    /// The failure of a job that has been asked to end, with what the user has to know about it; nothing is said if that is
-    /// empty.
+    /// The failure of a job that has been asked to end, with what the user has to know about it; nothing is said if
+    /// that is empty.
     fn interrupted(&self, message: &str) -> Failure {
         Failure::Interrupted { signal: self.signal(), message: message.into() }
     }

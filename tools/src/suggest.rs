@@ -4,7 +4,7 @@ use tmcm::tmcl::Instruction;
 use tmcm_sim::Product;
 use tmcm_sim::protocol::Request;
 
-/// What a line in any letters would be as a command to the simulated world, which has small letters; `None` if it is
+/// The command to the simulated world that a line in any letters would be; the world has small letters. `None` if it is
 /// none for the module that most people have.
 pub fn world_command(line: &str) -> Option<String> {
     let small = line.trim().to_lowercase();

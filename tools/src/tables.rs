@@ -1,5 +1,5 @@
-//! The tables of the products as JSON, for programs of others: what a parameter or an object is called, which numbers it
-//! takes, whether it is stored.
+//! The tables of the products as JSON, for programs of others: what a parameter or an object is called, which numbers
+//! it takes, whether it is stored.
 
 use serde::Serialize;
 use tmcm::canopen::Mapping;

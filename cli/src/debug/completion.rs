@@ -1,4 +1,4 @@
-//! What the debugger completes when the user presses Tab.
+//! Words that the debugger completes when the user presses Tab.
 
 use tmcl_tools::debug::{Register, WORDS};
 

@@ -29,12 +29,12 @@ use crate::terminal::editor::{Editor, Input};
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
 /// Loads FILE, a source or an assembled program as for `tmcl load`, and waits at its first command. Then it takes
-/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) there are labels, lines
-/// and names, and source lines are shown beside the commands. The motors really move. While there are breakpoints the
-/// program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
+/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) there are labels,
+/// lines and names, and source lines are shown beside the commands. The motors really move. While there are breakpoints
+/// the program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
 ///
 /// On a terminal lines can be edited, the arrow keys bring earlier ones back, Tab completes names, and an empty line
-/// repeats the last command. A pipe is a script: its empty lines do nothing, and the first line that cannot be carried
+/// repeats the last command. A pipe is a script, and its empty lines do nothing. The first line that cannot be carried
 /// out ends it, with exit code 1, because what follows was meant for another state. The module stays as it is then.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -101,8 +101,8 @@ fn reread(file: &Path, product: Option<Product>) -> Result<Program, String> {
     })
 }
 
-/// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before the
-/// first one is where the program is.
+/// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before
+/// the first one is where the program is.
 fn converse(
     debugger: &mut Debugger,
     module: &mut Conversation,

@@ -61,7 +61,7 @@ impl LogFile {
         Ok(Log { file: self.clone(), transcript, place, begun: open.begun, at: None, failed: None })
     }
 
-    /// What panics elsewhere does no harm to the log.
+    /// Locks the log. A panic elsewhere does no harm to it.
     fn lock(&self) -> MutexGuard<'_, Option<Shared>> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -130,7 +130,8 @@ mod tests {
 
     use super::*;
 
-    /// A late reply stands in front of the next request, and what goes over another link is told apart in the same file.
+    /// A late reply stands in front of the next request, and what goes over another link is told apart in the same
+    /// file.
     #[test]
     fn links_share_a_file() {
         let folder = tempfile::tempdir().unwrap();

@@ -65,8 +65,8 @@ impl LinkTarget {
     }
 }
 
-/// The link that is meant by what is no path of a device at first sight: a host and a port, or one of the words in
-/// capitals, or the name of a device without its folder. `None` if it looks like a path.
+/// The link that is meant by what is no path of a device at first sight. Such a text is a host and a port, or one of
+/// the words in capitals, or the name of a device without its folder. `None` if it looks like a path.
 fn meant(text: &str) -> Option<String> {
     let small = text.to_ascii_lowercase();
     let known = small == "sim" || ["tcp:", "slcan:"].iter().any(|beginning| small.starts_with(beginning));
@@ -103,8 +103,8 @@ pub(crate) enum Link {
 }
 
 impl Link {
-    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply; `product`
-    /// and `surroundings` say what a virtual module inside this program is.
+    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply;
+    /// `product` and `surroundings` say what a virtual module inside this program is.
     ///
     /// # Errors
     /// The device or the connection cannot be opened, or a real module is to have surroundings.
@@ -130,8 +130,8 @@ impl Link {
         })
     }
 
-    /// Takes the reply of any module from now on. Without this only a link to one module does: that of USB, and a module
-    /// inside this program.
+    /// Takes the reply of any module from now on. Without this only a link to one module does: that of USB, and a
+    /// module inside this program.
     pub(crate) fn take_any(&mut self) {
         if let Link::Real(link) = self {
             link.take_any();

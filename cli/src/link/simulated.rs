@@ -17,7 +17,7 @@ use crate::sim::say;
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
-/// What surrounds a virtual module inside this program; options of every command that can talk to one.
+/// The surroundings of a virtual module inside this program; options of every command that can talk to one.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Surroundings {
     /// For LINK sim: describes the motor, its stage, switches, encoder and supply, as for `tmcl sim`

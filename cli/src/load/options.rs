@@ -31,8 +31,8 @@ pub struct Options {
 
     /// Address in program memory of the first command; the rest of the memory stays as it is
     ///
-    /// A source is assembled for that address. An assembled program is put there as it is: it has to have been assembled
-    /// for it, by `tmcl asm --origin`.
+    /// A source is assembled for that address. An assembled program is put there as it is: it has to have been
+    /// assembled for it, by `tmcl asm --origin`.
     #[arg(long, value_name = "ADDRESS", default_value_t = 0, value_parser = address)]
     pub at: u16,
 

@@ -16,12 +16,12 @@ use crate::failure::{Ended, Failure};
 use crate::program::read_watched;
 use crate::tell;
 
-/// Interval at which the files are looked at. A file that is being saved counts as saved when it has not changed for that
-/// long.
+/// Interval at which the files are looked at. A file that is being saved counts as saved when it has not changed for
+/// that long.
 const LOOK: Duration = Duration::from_millis(150);
 
-/// What changes when a file is saved: its time, its length, and which file it is where an editor puts a new file in its place.
-/// `None` for a file that does not exist.
+/// The marks of a file that change when it is saved: its time, its length, and which file it is where an editor puts a
+/// new file in its place. `None` for a file that does not exist.
 type Stamp = Option<(SystemTime, u64, Identity)>;
 
 fn stamp(path: &Path) -> Stamp {

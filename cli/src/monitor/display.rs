@@ -84,7 +84,7 @@ impl Display {
         Ok(self.out.flush()?)
     }
 
-    /// What is shown of the axes, if their columns are the usual ones.
+    /// The values that are shown of the axes, if their columns are the usual ones.
     fn usual(&self, samples: &[Sample]) -> Option<Vec<Shown>> {
         if self.columns != usual() {
             return None;

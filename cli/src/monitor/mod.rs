@@ -22,7 +22,7 @@ use crate::reach::Reach;
 /// the line of a terminal: "2      -51200  1000 l-h!" is axis 2 at -51200 with speed 1000, its left and its home switch
 /// closed, and with errors. Where even that is too long, there are positions alone: "2!    -51200". Ctrl-C ends it.
 /// Beware: the module forgets its extended error flags (axis parameter 207: a stall, a deviation of the encoder) when
-/// they are read, so other host software may miss them while this runs. The line shows all that have been seen.
+/// they are read. So other host software may miss them while this runs. The line shows all that have been seen.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -40,9 +40,9 @@ pub struct Options {
 
     /// Write comma separated values with a headline: time in seconds, then the parameters as numbers
     ///
-    /// The time is that at which the position was read, or what comes first in its place. A value is left empty where the
-    /// module does not know the parameter. Of several axes each has columns of its own, with its number: position_0,
-    /// speed_0, ..., position_2; their positions are read directly one after the other.
+    /// The time is that at which the position was read, or what comes first in its place. A value is left empty where
+    /// the module does not know the parameter. Of several axes each has columns of its own, with its number:
+    /// position_0, speed_0, ..., position_2; their positions are read directly one after the other.
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
 

@@ -16,7 +16,7 @@ use crate::progress;
 use crate::reach::{LinkOptions, Reach};
 use crate::tell::{self, Tone};
 
-/// One of the two things that are compared, as the user has named it.
+/// A side of the comparison, as the user has named it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Side {
     /// A file of settings, or standard input.

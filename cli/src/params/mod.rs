@@ -23,8 +23,8 @@ use crate::tell;
 
 /// Read and change a module's settings, save them in a file, restore and compare them
 ///
-/// A file holds one TMCL command a line, such as `SAP 4, 0, 1000 // maximum positioning speed`, and may be edited:
-/// every line can be sent by hand with `tmcl send`, lines can be left out, and what follows // is a comment. Parameters
+/// A file holds one TMCL command a line, such as `SAP 4, 0, 1000 // maximum positioning speed`, and may be edited.
+/// Every line can be sent by hand with `tmcl send`, lines can be left out, and what follows // is a comment. Parameters
 /// are named as in programs (`tmcl asm --names`), or by their numbers.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -37,12 +37,12 @@ pub struct Options {
     #[command(flatten)]
     pub link_options: LinkOptions,
 
-    /// What to do
+    /// The action
     #[command(subcommand)]
     pub action: Action,
 }
 
-/// What to do with the settings.
+/// An action on the settings.
 #[derive(Subcommand, Debug)]
 pub enum Action {
     /// Read parameters and print them as lines of a file of settings
@@ -51,7 +51,7 @@ pub enum Action {
         #[arg(value_name = "NAME", required = true)]
         names: Vec<String>,
 
-        /// Which axis' parameters, or those of which bank
+        /// The axis or the bank of the parameters
         #[command(flatten)]
         place: Place,
 
@@ -68,7 +68,7 @@ pub enum Action {
         #[arg(value_name = "NAME=VALUE", required = true, value_parser = Assignment::parse)]
         assignments: Vec<Assignment>,
 
-        /// Which axis' parameters, or those of which bank
+        /// The axis or the bank of the parameters
         #[command(flatten)]
         place: Place,
 
@@ -85,30 +85,31 @@ pub enum Action {
         #[arg(value_name = "WORD")]
         words: Vec<String>,
 
-        /// Which axis' parameters, or those of which bank; all of them without it
+        /// The axis or the bank of the parameters; all of them without it
         #[command(flatten)]
         place: Place,
     },
     /// Compare the settings of two files or modules
     ///
-    /// Prints what is different, lines of A behind a minus and those of B behind a plus. Of a module only those settings
-    /// are compared that the file has; of two modules all that `save` saves. The exit code is 0 if nothing is different,
-    /// and 1 otherwise.
+    /// Prints what is different, lines of A behind a minus and those of B behind a plus. Of a module only those
+    /// settings are compared that the file has; of two modules all that `save` saves. The exit code is 0 if nothing is
+    /// different, and 1 otherwise.
     Diff {
         /// A file of settings, - for standard input, or a LINK
         #[arg(value_name = "A", value_parser = Side::parse)]
         first: Side,
 
-        /// What it is compared with
+        /// The file or LINK that A is compared with
         #[arg(value_name = "B", value_parser = Side::parse)]
         second: Side,
     },
     /// Read all settings of a module and write them to a file
     ///
-    /// Saved are, as they are at this moment: the axis parameters that can be stored, of every axis; the global
-    /// parameters that are stored (bank 0); the user variables that can be stored (0 to 55 of bank 2); the coordinates
-    /// 1 to 20 of every axis. Not saved are live values such as positions and speeds; coordinate 0, which a module
-    /// forgets as it does its position; and global parameter 81: taking code protection away erases the program.
+    /// Saved are, as they are at this moment, the axis parameters that can be stored, of every axis, and the global
+    /// parameters that are stored (bank 0). So are the user variables that can be stored (0 to 55 of bank 2), and the
+    /// coordinates 1 to 20 of every axis. Not saved are live values such as positions and speeds, and coordinate 0,
+    /// which a module forgets as it does its position. Nor is global parameter 81, because taking code protection away
+    /// erases the program.
     Save {
         /// The file to write, - for standard output; one that exists is replaced
         #[arg(value_name = "FILE")]

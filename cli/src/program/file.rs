@@ -37,8 +37,8 @@ fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<C
     })
 }
 
-/// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled
-/// program, which is not changed by an origin. Standard input may hold either. The assembler's errors and warnings are printed.
+/// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled program, which
+/// is not changed by an origin. Standard input may hold either. The assembler's errors and warnings are printed.
 pub fn read_program(path: &Path, settings: impl Into<Settings>) -> Result<Program, Failure> {
     read_watched(path, settings).0
 }
@@ -74,8 +74,8 @@ fn standard_input(settings: Settings) -> Result<Program, Failure> {
     }
 }
 
-/// Fails for a program without commands, and for one with a command that a module would execute during the download. The
-/// first command has the address `origin`.
+/// Fails for a program without commands, and for one with a command that a module would execute during the download.
+/// The first command has the address `origin`.
 fn check(program: &Program, origin: u16) -> Result<(), String> {
     if program.is_empty() {
         return Err("the program has no commands".into());

@@ -50,9 +50,10 @@ pub struct Options {
 
     /// Draw position, speed, load, current, outputs and switches over time into an SVG file, which web browsers show
     ///
-    /// Of a module with several axes those that move are drawn, one below the other. The stallGuard value is there if it
-    /// says something while a motor turns, the rotor while it is not where the counter says; inputs, outputs and switches
-    /// are if they change. The name ends in .svg; - is standard output, and the report goes to standard error then.
+    /// Of a module with several axes those that move are drawn, one below the other. The stallGuard value is there if
+    /// it says something while a motor turns, the rotor while it is not where the counter says. Inputs, outputs and
+    /// switches are there if they change. The name ends in .svg; - is standard output, and the report goes to standard
+    /// error then.
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
 
@@ -64,27 +65,28 @@ pub struct Options {
 
     /// At a time after the start, change the world or send a command as a host; may be given many times
     ///
-    /// The world: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a
-    /// torque, 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off, power off|on. The number of an axis may stand behind press,
-    /// release, load, slip and fault: `load 0.5 1`; without one it is axis 0. Commands to the module are written in
-    /// capitals, as for `tmcl send`, or as four numbers: "129, 1, 0, 5" starts the routine at address 5.
+    /// The world: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X,
+    /// slip STEPS, fault NAME on|off, power off|on. X is a torque, 0 to 1: 1 is the motor's at full current, and with
+    /// less current less stalls it. The number of an axis may stand behind press, release, load, slip and fault: `load
+    /// 0.5 1`; without one it is axis 0. Commands to the module are written in capitals, as for `tmcl send`, or as four
+    /// numbers: "129, 1, 0, 5" starts the routine at address 5.
     #[arg(long, value_name = "TIME: WHAT", allow_hyphen_values = true, value_parser = Event::parse)]
     pub at: Vec<Event>,
 
-    /// Take the assembler's warnings for errors, and end with 1 when a command was refused, a division was one by zero, or
-    /// the return stack was full or empty
+    /// Take the assembler's warnings for errors, and end with 1 when a command was refused, a division was one by zero,
+    /// or the return stack was full or empty
     #[arg(long)]
     pub strict: bool,
 
     /// Write the report as an object of JSON in one line
     ///
-    /// Its fields: end (in words), running, time_s, commands; refused, divisions_by_zero, stack_full and stack_empty, each
-    /// with count and the place of the first one; axes with position, target, velocity and lost_steps; outputs,
-    /// accumulator, x, error_flags, user_variables, events, plot.
+    /// Among its fields are end (in words), running, time_s and commands. The fields refused, divisions_by_zero,
+    /// stack_full and stack_empty each have count and the place of the first one. Each of axes has position, target,
+    /// velocity and lost_steps. The others are outputs, accumulator, x, error_flags, user_variables, events, plot.
     #[arg(long)]
     pub json: bool,
 
-    /// What the virtual module is: {numbers}
+    /// The virtual module's product: {numbers}
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
 }

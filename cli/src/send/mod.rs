@@ -16,10 +16,10 @@ use crate::tell;
 /// Send commands to a module and show its replies
 ///
 /// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands without
-/// a mnemonic are four numbers: command, type, motor or bank, value. In place of numbers there may be the names that `tmcl
-/// asm --names` shows, and expressions of them: "SAP APMaxPositioningSpeed, Motor0, 2 * 500". To know a name, or to show
-/// that of a parameter, the module is asked once what it is; commands in numbers are answered in numbers, and nothing
-/// else is asked.
+/// a mnemonic are four numbers: command, type, motor or bank, value. In place of numbers there may be the names that
+/// `tmcl asm --names` shows, and expressions of them: "SAP APMaxPositioningSpeed, Motor0, 2 * 500". To know a name, or
+/// to show that of a parameter, the module is asked once what it is. Commands in numbers are answered in numbers, and
+/// nothing else is asked.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -81,8 +81,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
-/// Sends a command and prints the value of the reply. What is no value is told on standard error; true if there is nothing
-/// to tell.
+/// Sends a command and prints the value of the reply. What is no value is told on standard error; true if there is
+/// nothing to tell.
 fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command) -> Result<bool, Failure> {
     // The value alone needs no names, so the module is not asked for them.
     let reply = reply_to(module, Request { command, numeric: true })?;

@@ -1,4 +1,4 @@
-//! What the Tab key completes: commands at the beginning of a line, names behind them.
+//! Words that the Tab key completes: commands at the beginning of a line, names behind them.
 
 use tmcl_tools::asm;
 use tmcl_tools::product::Product;
@@ -14,7 +14,7 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// Those for a product; without one there are no names of parameters.
+    /// The words for a product; without one there are no names of parameters.
     pub(super) fn of(product: Option<Product>) -> Self {
         Words { names: asm::names(product).names().map(String::from).collect() }
     }

@@ -17,8 +17,8 @@ const LOOK: Duration = Duration::from_millis(100);
 /// How long the rest of a key may take that has come in part.
 const REST_OF_KEY: Duration = Duration::from_millis(30);
 
-/// Lets the user move an axis by keys, until one of them, a signal or an error ends that. The motor stands then, or comes
-/// to rest by itself if the module is out of reach.
+/// Lets the user move an axis by keys, until one of them, a signal or an error ends that. The motor stands then, or
+/// comes to rest by itself if the module is out of reach.
 pub(super) fn jog(shell: &mut Shell, axis: u8, speed: Option<i32>) -> Result<State, Failure> {
     let mut jog = match Jog::prepare(&mut shell.module, axis, speed)? {
         Ok(jog) => jog,

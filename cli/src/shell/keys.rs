@@ -39,7 +39,8 @@ impl Reader {
     }
 }
 
-/// What several keys that came together ask for: the first that is no arrow counts, because it stops; else the last arrow.
+/// The key that counts of several that came together: the first that is no arrow counts, because it stops; else the
+/// last arrow.
 pub(super) fn sum(keys: &[Key]) -> Option<Key> {
     let stop = keys.iter().find(|key| matches!(key, Key::Stop | Key::Other));
     stop.or(keys.last()).copied()

@@ -33,13 +33,13 @@ use crate::terminal::editor::{Editor, Input};
 
 /// Talk to a module at a terminal: commands and their replies, parameters that are watched, a motor moved by keys
 ///
-/// A line is a command as in programs, with names and expressions (`tmcl asm --names`); its reply comes in words. The Tab
-/// key completes commands and names, the up arrow brings earlier lines back. `watch NAME...` shows parameters until a key
-/// is pressed. `jog [AXIS] [SPEED]` moves a motor while the left or right arrow key is held: each repetition of the key
-/// gives it a target a little way ahead, so it stops within 300 ms when the key is released, the connection breaks, or this
-/// program ends in whatever way. The speed is limited such that stopping takes no longer than 90 ms; meanwhile it is the
-/// speed of positioning (parameter 4), which gets its value back afterwards, unless the program was killed. Motors that
-/// other commands have set in motion go on when the shell ends.
+/// A line is a command as in programs, with names and expressions (`tmcl asm --names`); its reply comes in words. The
+/// Tab key completes commands and names, the up arrow brings earlier lines back. `watch NAME...` shows parameters until
+/// a key is pressed. `jog [AXIS] [SPEED]` moves a motor while the left or right arrow key is held. Each repetition of
+/// the key gives it a target a little way ahead. So it stops within 300 ms when the key is released, the connection
+/// breaks, or this program ends in whatever way. The speed is limited such that stopping takes no longer than 90 ms.
+/// Meanwhile it is the speed of positioning (parameter 4), which gets its value back afterwards, unless the program was
+/// killed. Motors that other commands have set in motion go on when the shell ends.
 ///
 /// Without a terminal the lines are read from standard input, and `jog` is refused.
 #[derive(Args, Debug)]
@@ -60,15 +60,15 @@ Without a terminal the exit code is 1 if a line was not carried out.";
 
 /// A command that every module answers, and that changes nothing: 135, which is not stored in download mode either.
 const PRESENT: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-/// What the shell asks with.
+/// The text with which the shell asks for a line.
 const PROMPT: &str = "(tmcl) ";
 
 /// Reads lines and does what they ask for, until there are no more.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
     let mut module = options.reach.open()?;
-    // Nobody should have to type a command to find out that no module is there; one that does not tell what it is answers
-    // this all the same.
+    // Nobody should have to type a command to find out that no module is there; one that does not tell what it is
+    // answers this all the same.
     module.exchange(PRESENT)?;
     let identity = module.identity()?;
     let mut editor = Editor::open(Words::of(identity.product))?;
@@ -89,7 +89,7 @@ struct Shell {
     is_simulated: bool,
     /// Somebody sits at a terminal.
     interactive: bool,
-    /// What a jog could not put back.
+    /// The settings that a jog could not put back.
     owed: Option<Owed>,
 }
 

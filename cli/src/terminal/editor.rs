@@ -24,19 +24,19 @@ pub enum Input {
     Line(String),
     /// Ctrl-C was pressed.
     Interrupted,
-    /// There are no more lines: the input has ended, Ctrl-D was pressed, or the terminal is gone.
+    /// The lines have come to their end: the input has ended, Ctrl-D was pressed, or the terminal is gone.
     End,
 }
 
-/// What can be typed.
+/// Completion of words that are typed.
 pub trait Complete {
     /// The words that may stand at the cursor, which is before the byte `position` of the line, and the byte where they
     /// begin.
     fn complete(&self, line: &str, position: usize) -> (usize, Vec<String>);
 }
 
-/// The word before the cursor of a line, which is before the byte `position`: where it begins, what stands before it, and
-/// how much of it has been typed.
+/// The word before the cursor of a line, which is before the byte `position`: where it begins, what stands before it,
+/// and how much of it has been typed.
 pub(crate) fn word(line: &str, position: usize) -> (usize, &str, &str) {
     let typed = line.get(..position).unwrap_or(line);
     let inside = |c: &char| c.is_alphanumeric() || *c == '_';
@@ -90,8 +90,8 @@ impl<C: Complete> Editor<C> {
         matches!(self.from, From::Terminal { .. })
     }
 
-    /// Waits for the next line. A signal that comes meanwhile ends the program if there is a terminal, after that has got
-    /// its settings back; a pipe is at its end then.
+    /// Waits for the next line. A signal that comes meanwhile ends the program if there is a terminal, after that has
+    /// got its settings back; a pipe is at its end then.
     ///
     /// # Errors
     /// Standard input cannot be read.
@@ -123,7 +123,7 @@ impl<C: Complete> Editor<C> {
         }
     }
 
-    /// What completes words.
+    /// The object that completes words; `None` if lines come from a pipe.
     pub fn completion(&mut self) -> Option<&mut C> {
         match &mut self.from {
             From::Terminal { editor, .. } => editor.helper_mut().map(|Assistant(completion)| completion),

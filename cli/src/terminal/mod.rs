@@ -28,8 +28,8 @@ fn width(size: Option<(Width, Height)>) -> usize {
 /// The outcome of waiting for keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Keys {
-    /// What was typed since the last time, as terminals send it; a key may be several bytes, and a held key comes again and
-    /// again.
+    /// The bytes that were typed since the last time, as terminals send it; a key may be several bytes, and a held key
+    /// comes again and again.
     Typed(Vec<u8>),
     /// Nothing was typed in time.
     Nothing,

@@ -1,5 +1,5 @@
-//! The report in JUnit's form: a suite for each file, a test case for each row. It is valid by the schema of Jenkins' xUnit
-//! plugin (junit-10.xsd).
+//! The report in JUnit's form: a suite for each file, a test case for each row. It is valid by the schema of Jenkins'
+//! xUnit plugin (junit-10.xsd).
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use tmcm_sim::scenario::suite::{Outcome, Report, Row};
 
 use crate::failure::Failure;
 
-/// What a text may hold, but no document of XML; control characters are left out as the document is written.
+/// Characters that a text may hold, but no document of XML; control characters are left out as the document is written.
 const NO_CHARACTERS: [char; 2] = ['\u{fffe}', '\u{ffff}'];
 
 /// The report of a run as XML.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use tmcl_link::wording::words;
 use tmcl_server::files::read_text;
-use tmcl_server::options::Firmware;
+use tmcl_server::options::FirmwareOption;
 use tmcl_server::worlds::read_world;
 use tmcl_tools::product;
 use tmcm_sim::scenario::Case;
@@ -17,9 +17,9 @@ use crate::failure::Failure;
 
 /// Test the behaviour of a module, or of a TMCL program in it, that scenario files describe
 ///
-/// A scenario says in plain lines what a host sends, what happens around the module, and what must come of it; it is run
-/// in virtual time on a fresh virtual module. docs/scenarios.md describes the language. A scenario with tables is run once
-/// for each of their rows, as many at a time as there are processors. Each failure is told with file and line.
+/// A scenario says in plain lines what a host sends, what happens around the module, and what must come of it. It is
+/// run in virtual time on a fresh virtual module. docs/scenarios.md describes the language. A scenario with tables is
+/// run once for each of their rows, as many at a time as there are processors. Each failure is told with file and line.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -37,7 +37,7 @@ pub struct Options {
     ///
     /// Without it that of --image, or else tmcl.
     #[arg(long, value_name = "NAME", value_enum)]
-    pub firmware: Option<Firmware>,
+    pub firmware: Option<FirmwareOption>,
 
     /// The world of scenarios that have none, as for `tmcl sim --world`
     #[arg(long, value_name = "FILE.toml")]
@@ -45,8 +45,8 @@ pub struct Options {
 
     /// Run the firmware's flash image on an emulated microcontroller, in place of its core
     ///
-    /// Scenarios for another product or firmware than the image's are left out, and those that say `not on the image:`. It
-    /// takes ten times as long or more; with --first-rows one row of each scenario is run.
+    /// Scenarios for another product or firmware than the image's are left out, and those that say `not on the image:`.
+    /// It takes ten times as long or more; with --first-rows one row of each scenario is run.
     #[arg(long, value_name = "ELF")]
     pub image: Option<PathBuf>,
 
@@ -80,7 +80,7 @@ Examples:
 The exit code is 1 if a scenario fails or cannot be read.";
 
 impl Options {
-    /// What the module of a scenario is that does not say so. `told` is what the image is, if it tells.
+    /// The model of the module of a scenario that does not name one. `told` is what the image is, if it tells.
     pub(super) fn model(&self, told: Option<Model>) -> Result<Model, Failure> {
         let refused = |message: String| Err(Failure::Arguments(message));
         let product = self.product.or(told.map(Model::product)).unwrap_or_default();
@@ -119,7 +119,7 @@ impl Options {
         Ok(files)
     }
 
-    /// That a case can run on an image of this product and firmware; the error is the reason why not.
+    /// Checks that a case can run on an image of this product and firmware; the error is the reason why not.
     pub(super) fn suits_image(case: &Case, image: Model) -> Result<(), String> {
         if case.model == image { Ok(()) } else { Err(format!("the image is one of {}", described(image))) }
     }

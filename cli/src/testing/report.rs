@@ -1,4 +1,4 @@
-//! What the user sees of a run: a line for each scenario, a bar while they run, and at the end the failures.
+//! The output of a run that the user sees: a line for each scenario, a bar while they run, and at the end the failures.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
@@ -15,7 +15,7 @@ pub(super) struct Printer {
     beside: bool,
     /// The bar, where standard error is a terminal.
     progress: Option<Progress>,
-    /// What has become of the printing so far. Scenarios go on when nobody reads the lines, because of the report.
+    /// The outcome of the printing so far. Scenarios go on when nobody reads the lines, because of the report.
     printed: io::Result<()>,
 }
 

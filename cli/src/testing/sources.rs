@@ -14,8 +14,8 @@ use crate::files::{is_standard, name, read_named};
 /// File name extension of scenario files, for which a folder is searched.
 const EXTENSION: &str = "txt";
 
-/// Reads a scenario file, or standard input. `model` and `world`, the text of a world file, are for scenarios that do not
-/// name their own.
+/// Reads a scenario file, or standard input. `model` and `world`, the text of a world file, are for scenarios that do
+/// not name their own.
 ///
 /// # Errors
 /// The file cannot be read. Mistakes in it are part of the result.
@@ -55,8 +55,8 @@ pub fn expanded(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(paths)
 }
 
-/// Keeps the scenarios whose file or title contains a text, and with `first_rows` only the first case of each. Gives how
-/// many scenarios are left.
+/// Keeps the scenarios whose file or title contains a text, and with `first_rows` only the first case of each. Gives
+/// how many scenarios are left.
 pub fn select(files: &mut [File], text: &str, first_rows: bool) -> usize {
     for File { name, scenarios } in files.iter_mut() {
         scenarios.retain(|scenario| format!("{name}: {}", scenario.title).contains(text));

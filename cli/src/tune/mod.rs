@@ -33,19 +33,19 @@ use crate::world;
 
 /// Measure what stallGuard2 and coolStep make of a motor, and propose settings for them
 ///
-/// The motor goes to and fro at constant speed, without and with load, while one setting after the other is tried. Before
-/// anything moves, it is said how far and for how long, and asked. In the end the motor is brought back to where it was,
-/// and all settings are as before, also after Ctrl-C: then the motor is stopped where it is. What is found is
+/// The motor goes to and fro at constant speed, without and with load, while one setting after the other is tried.
+/// Before anything moves, it is said how far and for how long, and asked. In the end the motor is brought back to where
+/// it was, and all settings are as before, also after Ctrl-C: then the motor is stopped where it is. What is found is
 /// proposed as commands that can be sent, or written into a program.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// What to measure
+    /// The measurement
     #[command(subcommand)]
     pub what: What,
 }
 
-/// What is measured.
+/// A measurement.
 #[derive(Subcommand, Debug)]
 pub enum What {
     /// The threshold of stallGuard2 (axis parameter 174), with which a stall can be told from a motor that turns
@@ -83,7 +83,8 @@ pub struct Common {
 
     /// The room that the motor has, in microsteps from where it is: to the right, or to the left if it is negative
     ///
-    /// Without it the motor goes as far to the right as the measurement needs. On LINK sim the room is that of the world.
+    /// Without it the motor goes as far to the right as the measurement needs. On LINK sim the room is that of the
+    /// world.
     #[arg(long, value_name = "MICROSTEPS", allow_negative_numbers = true)]
     pub room: Option<i32>,
 
@@ -134,7 +135,7 @@ impl What {
         }
     }
 
-    /// What the library is to measure in this product.
+    /// The order to the library: the measurement of this product.
     fn order(&self, product: Product) -> Result<Order, Failure> {
         let common = self.common();
         let way = match (common.room, &common.reach.surroundings.world) {
@@ -187,8 +188,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     show(&found?, plot)
 }
 
-/// Shows what was found on standard output, and draws it. Where the image goes to standard output, the rest goes to standard
-/// error.
+/// Shows what was found on standard output, and draws it. Where the image goes to standard output, the rest goes to
+/// standard error.
 fn show(found: &Found, plot: Option<Output>) -> Result<(), Failure> {
     let text = found.text(terminal::columns());
     match plot.as_ref().is_some_and(Output::is_standard) {

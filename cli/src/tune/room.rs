@@ -7,7 +7,7 @@ use tmcl_tools::tune::{Brake, Drive};
 
 use crate::progress::Bar;
 
-/// What loads the motor, below a bar that makes room for it.
+/// A brake that loads the motor, below a bar that makes room for it.
 pub(super) struct WithRoom<'a> {
     pub(super) brake: Box<dyn Brake>,
     pub(super) bar: &'a RefCell<Bar>,

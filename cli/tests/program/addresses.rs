@@ -9,8 +9,8 @@ use tmcm::tmcl::{Reply, Status};
 
 use super::harness::{Sim, complaint, run};
 
-/// Something on a TCP port that answers each request by replies of these modules, whose values are their addresses; it goes
-/// on with the last one for ever if `endless`. Its link.
+/// Something on a TCP port that answers each request by replies of these modules, whose values are their addresses; it
+/// goes on with the last one for ever if `endless`. Its link.
 fn bus(modules: &'static [u8], endless: bool) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let link = format!("tcp:{}", listener.local_addr().unwrap());

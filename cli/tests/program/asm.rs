@@ -79,7 +79,7 @@ impl Folder {
         tmcl(arguments).current_dir(self.0.path()).output().unwrap()
     }
 
-    /// What it prints when all is well.
+    /// The output of the program when all is well.
     fn shown(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
@@ -87,7 +87,7 @@ impl Folder {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What it complains about when it ends with 1.
+    /// The complaint of the program when it ends with 1.
     fn complaint(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");

@@ -1,5 +1,5 @@
-//! Every tool with what can go wrong around it: files, links, modules, numbers, signals, and the ends of pipes. It says one
-//! sentence, ends with the right code, and never hangs.
+//! Every tool with what can go wrong around it: files, links, modules, numbers, signals, and the ends of pipes. It says
+//! one sentence, ends with the right code, and never hangs.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -16,13 +16,13 @@ use super::fake::{Fake, State};
 use super::harness::{Sim, command, tmcl, tmcl_path};
 use super::pty::Terminal;
 
-/// What a command may take at most to notice that something is wrong, on a busy computer.
+/// The time that a command may take at most to notice that something is wrong, on a busy computer.
 const SOON: Duration = Duration::from_secs(20);
 const PROGRAM: &str = "Loop: WAIT TICKS, 0, 1\n\tJA Loop\n";
 const SETTINGS: &str = "SAP 4, 0, 1001\nSAP 5, 0, 501\n";
 
-/// A tool with its arguments, where `{link}` and the names of files in the folder of the test stand for what they are; and
-/// what is typed into it.
+/// A tool with its arguments, where `{link}` and the names of files in the folder of the test stand for what they are;
+/// and what is typed into it.
 struct Tool {
     arguments: &'static [&'static str],
     typed: &'static str,
@@ -151,7 +151,7 @@ impl Folder {
     }
 }
 
-/// What is at the other end of a link, and is no good module.
+/// A peer at the other end of a link that is no good module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Peer {
     /// Says nothing.
@@ -229,11 +229,12 @@ fn carry_out(command: &mut Command, typed: &str) -> Output {
     output
 }
 
-/// What is wrong with the end of a command: it must have this exit code, and its last word must be one sentence.
+/// The mistake at the end of a command: it must have this exit code, and its last word must be one sentence.
 fn wrong(arguments: &[String], output: &Output, code: i32) -> Option<String> {
     let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
     let last = complaint.lines().last().unwrap_or_default();
-    // What the reader of arguments, and the assembler, have to say begins with "error", and the reply to `send` is its result.
+    // What the reader of arguments, and the assembler, have to say begins with "error", and the reply to `send` is its
+    // result.
     let is_sentence = complaint.starts_with("error: ")
         || last.starts_with("tmcl: ")
         || arguments.first().is_some_and(|tool| tool == "send") && !output.stdout.is_empty();
@@ -333,8 +334,8 @@ fn ended_by(status: ExitStatus, code: i32) -> bool {
     status.code() == Some(code) || status.signal().is_some_and(|signal| signal + 128 == code)
 }
 
-/// At a terminal standard input never ends by itself: what reads it to its end is ended by any signal, and the module has
-/// been asked what it is, at most.
+/// At a terminal standard input never ends by itself. A program that reads it to its end is ended by any signal, and
+/// the module has been asked what it is, at most.
 #[test]
 fn signals_end_what_waits_for_standard_input() {
     let mut complaints = Vec::new();
@@ -379,7 +380,7 @@ fn files_that_cannot_be_read() {
     all_right(complaints);
 }
 
-/// What the system calls by names and numbers of its own is said in words.
+/// Errors that the system calls by names and numbers of its own are said in words.
 #[test]
 fn errors_of_the_system_are_said_in_words() {
     let folder = Folder::new();
@@ -453,7 +454,7 @@ fn numbers_and_names_that_cannot_be() {
     all_right(complaints);
 }
 
-/// What writes something, with a virtual module; all of it works.
+/// Commands that write something, with a virtual module; all of it works.
 const TALKING: [&[&str]; 15] = [
     &["send", "sim", "GAP 1, 0"],
     &["send", "sim", "--json", "GAP 1, 0"],

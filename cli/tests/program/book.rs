@@ -1,5 +1,5 @@
-//! README and the chapters of the book in `docs/` do not lie: what they show is done ([`super::page`]), and where they lead
-//! there is something.
+//! README and the chapters of the book in `docs/` do not lie: what they show is done ([`super::page`]), and where they
+//! lead there is something.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -143,8 +143,8 @@ fn the_book_is_whole_and_readme_short() {
     assert!(lines <= 150, "README has {lines} lines, 150 are what one reads in two minutes");
 }
 
-/// Each link leads to a file, and to a heading of it. Pages of the book lead to no page outside of it, which a reader of
-/// the book does not have; files that they lead to are copied beside it by `scripts/pages`.
+/// Each link leads to a file, and to a heading of it. Pages of the book lead to no page outside of it, which a reader
+/// of the book does not have. Files that they lead to are copied beside it by `scripts/pages`.
 #[test]
 fn every_link_leads_somewhere() {
     let others = [SUMMARY, "CONTRIBUTING.md", "CHANGELOG.md", "examples/README.md", "python/README.md"];
@@ -192,7 +192,7 @@ fn its_short_commands_are_those_of_the_program() {
 const SUMMARY: &str = "docs/SUMMARY.md";
 
 fn root() -> PathBuf {
-    fw::workspace().unwrap()
+    xtask::workspace().unwrap()
 }
 
 fn text(page: &str) -> String {
@@ -221,7 +221,7 @@ fn links(page: &str) -> Vec<String> {
     found
 }
 
-/// What headings of a page are called behind the `#` of a link: small letters, digits and hyphens.
+/// The names of a page's headings behind the `#` of a link: small letters, digits and hyphens.
 fn headings(page: &str) -> BTreeSet<String> {
     let titles = prose(page).filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim());
     let kept = |c: char| match c {
@@ -237,7 +237,7 @@ fn prose(page: &str) -> impl Iterator<Item = &str> {
     let mut is_code = false;
     page.lines().filter(move |line| {
         is_code ^= line.starts_with("```");
-        !is_code && !(line.starts_with("    ") && !line.trim_start().starts_with("- "))
+        !is_code && (!line.starts_with("    ") || line.trim_start().starts_with("- "))
     })
 }
 

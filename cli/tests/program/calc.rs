@@ -26,7 +26,7 @@ fn speeds_and_ways_to_the_left() {
     assert_eq!(calculated(way), calculated(&format!("-- {way}")));
 }
 
-/// What it says to arguments that it refuses.
+/// The complaint about arguments that are refused.
 fn refused(arguments: &str) -> String {
     let words: Vec<&str> = ["calc"].into_iter().chain(arguments.split(' ')).collect();
     let output = run(&words);
@@ -35,7 +35,7 @@ fn refused(arguments: &str) -> String {
     complaint(&output)
 }
 
-/// One turn a second is 51200 pps (manual section 6.1.4), and the nearest number at pulse divisor 3 is 1678, which is
+/// A turn a second is 51200 pps (manual section 6.1.4), and the nearest number at pulse divisor 3 is 1678, which is
 /// 51208.5 pps (section 6.1.1).
 #[test]
 fn a_speed_in_all_units() {
@@ -80,8 +80,8 @@ fn options_describe_the_axis() {
 }
 
 /// On a TMCM-3212 60 rpm are written as 51200 pps, and 60 rpm a second as 51200 pps2. The chip has whole numbers of
-/// 16e6 / 2^24 = 0.9537 pps and of 256e12 / 2^41 = 116.4 pps2: 53687 and 440 of them are next to that (TMC5160
-/// datasheet, section 12.1).
+/// 16e6 / 2^24 = 0.9537 pps and of 256e12 / 2^41 = 116.4 pps2. The numbers next to that are 53687 and 440 of them
+/// (TMC5160 datasheet, section 12.1).
 #[test]
 fn a_product_with_pps() {
     assert_eq!(
@@ -132,8 +132,8 @@ fn a_time_in_what_counts_it() {
     assert_eq!(line(&calculated("656 s"), "x10 ms"), ["65600", "65600", "WAIT"]);
 }
 
-/// 1.2 A of a full current of 2 A RMS are 153 of 255 and 19.2 of 32 steps: 19 of them are 1.1875 A, which 144 to 151 give. A
-/// TMCM-6110 has 1.1 A: it cannot have 1.2.
+/// 1.2 A of a full current of 2 A RMS are 153 of 255 and 19.2 of 32 steps: 19 of them are 1.1875 A, which 144 to 151
+/// give. A TMCM-6110 has 1.1 A: it cannot have 1.2.
 #[test]
 fn a_current_in_what_parameters_have() {
     let table = calculated("1.2 A");
@@ -241,10 +241,11 @@ fn what_is_no_value_is_refused_with_an_example() {
     refused("--product 1140");
 }
 
-/// One unit of speed is 16e6 / (2^3 * 2048 * 32) = 30.517578125 pps and one of acceleration 256e12 / 2^39 = 465.661287
-/// pps2, so 1000 of each are 30517.578 pps and 465661.287 pps2: v^2 / 2a = 1000 microsteps in 0.065536 s. It slows down by
-/// PMUL and PDIV: 0.988 * 1000 / (128 * 2^4) = 247 / 2^9, which is 1024 * 247 / 2^9 * 30.517578125^2 = 460073.35 pps2,
-/// 1012.15 microsteps in 0.066332 s (datasheet of the TMC429, section 8.1.10). The other 49187.85 microsteps take 1.61179 s.
+/// The unit of speed is 16e6 / (2^3 * 2048 * 32) = 30.517578125 pps, and that of acceleration 256e12 / 2^39 =
+/// 465.661287 pps2. So 1000 of each are 30517.578 pps and 465661.287 pps2: v^2 / 2a = 1000 microsteps in 0.065536 s. It
+/// slows down by PMUL and PDIV: 0.988 * 1000 / (128 * 2^4) = 247 / 2^9. This is 1024 * 247 / 2^9 * 30.517578125^2 =
+/// 460073.35 pps2, 1012.15 microsteps in 0.066332 s (datasheet of the TMC429, section 8.1.10). The other 49187.85
+/// microsteps take 1.61179 s.
 #[test]
 fn the_time_of_a_move() {
     let told = calculated("move 51200 microsteps at 1000 int with 1000 int");
@@ -278,9 +279,9 @@ fn a_short_move_is_a_triangle() {
     assert!(told.ends_with("\nIt gets to 25606 pps, 30.007 rpm: the way is too short for 51200 pps.\n"), "{told}");
 }
 
-/// 0 to 20000 pps with 100000 pps2 are 0.2 s and 2000 microsteps, to 100000 pps with 200000 pps2 0.4 s and 24000; back as
-/// far and as long, and from 20000 pps with 50000 pps2 0.4 s and 4000 microsteps. What the chip makes of the numbers is
-/// within 0.1 % of them.
+/// 0 to 20000 pps with 100000 pps2 are 0.2 s and 2000 microsteps, to 100000 pps with 200000 pps2 0.4 s and 24000. The
+/// way back to 20000 pps is as far and as long, and from there with 50000 pps2 it is 0.4 s and 4000 microsteps. What
+/// the chip makes of the numbers is within 0.1 % of them.
 #[test]
 fn a_ramp_of_six_points() {
     let told = calculated(

@@ -45,7 +45,7 @@ fn files_have_none_unless_they_are_wanted() {
     assert_eq!(complaint(&output), plain);
 }
 
-/// What a source file has in it stays without colours, whatever it is.
+/// The text of a source file stays without colours, whatever it is.
 #[test]
 fn errors_and_warnings_of_the_assembler() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Who connects to the TCP ports of `tmcl sim`: too many, web pages, and those who never read.
+//! Hosts that connect to the TCP ports of `tmcl sim`: too many, web pages, and those who never read.
 
 use std::collections::HashSet;
 use std::fs;

@@ -439,7 +439,7 @@ fn the_terminal_gets_its_settings_back() {
     assert_eq!(closed.end().0.code(), Some(129));
 }
 
-/// What cannot be debugged is told before anything moves.
+/// Files and links that cannot be debugged are told of before anything moves.
 #[test]
 fn wrong_files_and_links_are_told() {
     let folder = tempfile::tempdir().unwrap();

@@ -56,7 +56,7 @@ fn load(sim: &Sim, source: &str, options: &[&str]) {
     assert!(output.status.success(), "{}", complaint(&output));
 }
 
-/// What a dump with these options writes.
+/// The output of a dump with these options.
 fn dumped(sim: &Sim, options: &[&str]) -> String {
     let output = run(&[&["dump", &link(sim)], options].concat());
     assert!(output.status.success(), "{}", complaint(&output));
@@ -80,7 +80,7 @@ fn a_program_comes_back_as_source() {
 /// Programs of all products come back as the bytes that were loaded.
 #[test]
 fn what_comes_back_assembles_to_the_same_bytes() {
-    let examples = |name: &str| format!("{}/examples/{name}", fw::workspace().unwrap().display());
+    let examples = |name: &str| format!("{}/examples/{name}", xtask::workspace().unwrap().display());
     for (product, name) in [
         ("1140", "timer_interrupt.tmc"),
         ("1140", "routines.tmc"),
@@ -186,7 +186,7 @@ fn a_program_that_runs_is_read() {
     assert_eq!(sim.tcp().ok("GGP 128, 0"), 1);
 }
 
-/// What was there stays when nothing comes, or not all of it.
+/// The file that was there stays when nothing comes, or not all of it.
 #[test]
 fn a_dump_that_fails_leaves_the_file_as_it_is() {
     let folder = tempfile::tempdir().unwrap();

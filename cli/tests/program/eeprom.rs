@@ -62,7 +62,7 @@ fn a_file_has_one_simulator_at_a_time() {
     refused(&path, "is the EEPROM of another simulator that runs");
 }
 
-/// There is no file yet that could be locked: still one of two that start together has it, and the other is told why
+/// No file is there yet that could be locked: still one of two that start together has it, and the other is told why
 /// not.
 #[test]
 fn of_two_that_start_together_on_a_new_file_one_is_refused() {
@@ -181,8 +181,8 @@ fn nobody_can_foresee_the_name_of_the_new_file() {
     assert_eq!(names(sim.folder.path()), ["module.bin"]);
 }
 
-/// New files that a simulator has left, because it was killed while it wrote, are removed by the next one; what is not surely
-/// such a file of this EEPROM stays.
+/// New files that a simulator has left, because it was killed while it wrote, are removed by the next one. A file that
+/// is not surely such a file of this EEPROM stays.
 #[test]
 fn new_files_of_a_simulator_that_was_killed_are_removed() {
     let stray = |name: &str| format!("{name}.0123456789abcdef.new");

@@ -19,7 +19,7 @@ pub(crate) const POSITION: u8 = 1;
 /// How often it has to be asked before a WAIT is over.
 const WAIT: u32 = 3;
 
-/// Its state.
+/// The state of the module.
 #[derive(Default)]
 pub(crate) struct State {
     pub(crate) memory: Vec<Command>,
@@ -33,7 +33,7 @@ pub(crate) struct State {
     pub(crate) restarts: Option<usize>,
     /// An address during a download from which on it answers nothing.
     pub(crate) dies: Option<usize>,
-    /// It has died.
+    /// True if the module has died.
     pub(crate) dead: bool,
     /// 0 stop, 1 run, 2 step, 3 reset.
     pub(crate) mode: u8,
@@ -41,9 +41,9 @@ pub(crate) struct State {
     pub(crate) accumulator: i32,
     pub(crate) download: Option<usize>,
     pub(crate) waiting: u32,
-    /// What it is, by the reply to command 136, type 1; 0 is a TMCM-1140.
+    /// The module's kind, by the reply to command 136, type 1; 0 is a TMCM-1140.
     pub(crate) version: i32,
-    /// It does not answer command 136.
+    /// True if the module does not answer command 136.
     pub(crate) mute: bool,
     /// Number of its axes; 0 is one.
     pub(crate) axes: u8,
@@ -51,22 +51,22 @@ pub(crate) struct State {
     pub(crate) jumps: usize,
     /// Axis parameters by their number; those that are not here are 0.
     pub(crate) parameters: HashMap<u8, i32>,
-    /// What it does with a command in place of the usual.
+    /// The deeds of the module on commands, in place of the usual.
     pub(crate) instead: Option<Instead>,
     /// Everything that it has been asked.
     pub(crate) asked: Vec<Command>,
 }
 
-/// What a module does with a command in place of the usual, if anything.
+/// A function for the deed of a module on a command, in place of the usual, if anything.
 pub(crate) type Instead = Box<dyn FnMut(Command) -> Option<Deed> + Send>;
 
 /// Something that a module does in place of the usual.
 pub(crate) enum Deed {
-    /// It refuses the command.
+    /// The module refuses the command.
     Refusal,
-    /// It does not answer.
+    /// The module does not answer.
     Silence,
-    /// It answers with this value.
+    /// The module answers with this value.
     Value(i32),
 }
 

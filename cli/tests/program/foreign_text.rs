@@ -1,4 +1,5 @@
-//! Characters that control a terminal, in files, names, and what modules and simulators answer: they are shown, never sent.
+//! Characters that control a terminal, in files, names, and what modules and simulators answer: they are shown, never
+//! sent.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpListener;
@@ -9,7 +10,8 @@ use super::harness::{run, tmcl, type_into};
 /// Sets a title, rings, clears the screen by a code of C1, goes back to the beginning of the line, turns the direction.
 const EVIL: &str = "\u{1b}]0;x\u{7}\u{9b}2J\r\u{202e}";
 
-/// What a command says, on both ways, has nothing in it that controls a terminal, and shows it where it is told.
+/// Checks that the output of a command, on both ways, has nothing in it that controls a terminal, and shows it where it
+/// is told.
 fn is_shown(arguments: &[&str], typed: &str) {
     let output = type_into(arguments, typed);
     let said = [output.stdout, output.stderr].concat();

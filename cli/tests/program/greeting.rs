@@ -1,4 +1,4 @@
-//! What a connection to a TCP port of `tmcl sim` begins with: that of a web browser is closed, that of a host is not.
+//! The beginning of a connection to a TCP port of `tmcl sim`: that of a web browser is closed, that of a host is not.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -13,7 +13,7 @@ use super::harness::{Host, PATIENCE, SILENCE, Sim};
 /// The three kinds of TCP ports.
 const DOORS: [&str; 3] = ["tcp", "slcan-tcp", "control"];
 const LINKS: [&str; 6] = ["--tcp", "127.0.0.1:0", "--slcan-tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
-/// What requests of HTTP and of its second version begin with, and a hello of TLS as curl sends it.
+/// The beginnings of requests of HTTP and of its second version, and a hello of TLS as curl sends it.
 const GREETINGS: [&[u8]; 13] = [
     b"GET ",
     b"HEAD ",
@@ -39,7 +39,8 @@ fn connect(sim: &Sim, door: &str) -> TcpStream {
     stream
 }
 
-/// What a page puts into its request for this port: telegrams, frames or lines, after so many bytes that lead into step.
+/// The bytes that a page puts into its request for this port: telegrams, frames or lines, after so many bytes that lead
+/// into step.
 fn harm(door: &str, phase: usize) -> Vec<u8> {
     let turn = text::parse("ROR 0, 500").unwrap();
     let said = match door {

@@ -28,7 +28,7 @@ pub(crate) const PROGRAM: &str = "TMCL_PROGRAM";
 /// Where the program is.
 pub(crate) fn tmcl_path() -> &'static str {
     static PATH: LazyLock<String> = LazyLock::new(|| {
-        let built = || fw::programs().unwrap().join("tmcl").to_str().unwrap().into();
+        let built = || xtask::programs().unwrap().join("tmcl").to_str().unwrap().into();
         std::env::var(PROGRAM).unwrap_or_else(|_| built())
     });
     &PATH
@@ -41,7 +41,7 @@ pub(crate) fn tmcl(arguments: &[&str]) -> Command {
     command
 }
 
-/// Any program that a test starts: signals that end it do so even if whoever started the tests ignores them, as `nohup`
+/// Any program that a test starts. Signals that end it do so even if whoever started the tests ignores them, as `nohup`
 /// does, and a shell for what it starts with `&`.
 pub(crate) fn command(program: &str) -> Command {
     static HEARD: Once = Once::new();
@@ -71,7 +71,7 @@ pub(crate) fn type_into(arguments: &[&str], text: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// What a program that ended wrote to its standard error.
+/// The text that a program that ended wrote to its standard error.
 pub(crate) fn complaint(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
@@ -168,12 +168,12 @@ impl Sim {
         self.control(&["state", "state"]);
     }
 
-    /// Its process.
+    /// The process of the simulator.
     pub(crate) fn pid(&self) -> Pid {
         Pid::from_child(&self.child)
     }
 
-    /// Its standard input, if that is a pipe.
+    /// The standard input of the simulator, if that is a pipe.
     pub(crate) fn stdin(&mut self) -> ChildStdin {
         self.child.stdin.take().unwrap()
     }
@@ -249,7 +249,7 @@ impl Controller {
         answer
     }
 
-    /// What is said of a line that is refused.
+    /// The answer to a line that is refused.
     pub(crate) fn refused(&mut self, line: &str) -> String {
         let answer = self.ask(line);
         assert_eq!(answer["ok"], false, "{line}");
@@ -312,7 +312,7 @@ impl<T: Read + Write + AsFd> Host<T> {
     }
 }
 
-/// What a folder has in it.
+/// The names of the files in a folder.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<String> =

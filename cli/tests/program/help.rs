@@ -28,7 +28,7 @@ const LINKS: [&str; 4] = ["slcan:/dev/ttyACM0", "/dev/ttyACM0", "/dev/ttyUSB0", 
 /// How many commands are tried at a time.
 const AT_A_TIME: usize = 8;
 
-/// What an example may be about, in the folder where it is run.
+/// The text of a program that an example may be about, in the folder where it is run.
 const PROGRAM: &str =
     "#include TMCLParam.tmc\nLoop: SAP APMaxPositioningSpeed, 0, 1000\n\tWAIT TICKS, 0, 1\n\tJA Loop\n";
 const WORLD: &str = "[stage]\nleft = -51200\nright = 512000\n";
@@ -96,8 +96,8 @@ fn examples(command: &str) -> Vec<String> {
     examples.map(|line| line.split("  ").next().unwrap().trim().to_owned()).collect()
 }
 
-/// Runs an example with virtual modules at its links. Who asks a module waits for it, however busy this computer is. A scan
-/// waits for those that are not there, too, so it does so for longer only if it has found nobody.
+/// Runs an example with virtual modules at its links. Who asks a module waits for it, however busy this computer is. A
+/// scan waits for those that are not there, too, so it does so for longer only if it has found nobody.
 fn works(sim: &Sim, example: &str) -> Result<(), String> {
     if example.starts_with("tmcl scan") {
         let tried = ["", " --timeout 1000"].iter().any(|more| carry_out(sim, &format!("{example}{more}")).is_ok());
@@ -173,7 +173,7 @@ fn carry_out(sim: &Sim, example: &str) -> Result<(), String> {
 
 /// Puts what examples speak of into a folder.
 fn furnish(folder: &Path) {
-    let root = fw::workspace().unwrap();
+    let root = xtask::workspace().unwrap();
     for name in ["examples", "hal-sim"] {
         symlink(root.join(name), folder.join(name)).unwrap();
     }
@@ -197,7 +197,7 @@ fn furnish(folder: &Path) {
 #[test]
 fn the_version_names_the_commit_of_the_checkout() {
     let output =
-        command("git").args(["rev-parse", "--short=10", "HEAD"]).current_dir(fw::workspace().unwrap()).output();
+        command("git").args(["rev-parse", "--short=10", "HEAD"]).current_dir(xtask::workspace().unwrap()).output();
     let commit = output.ok().filter(|output| output.status.success()).map(|output| output.stdout);
     let expected = commit.map_or("a build of a checkout".into(), |commit| String::from_utf8(commit).unwrap());
     for option in ["-V", "--version"] {

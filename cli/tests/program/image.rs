@@ -26,7 +26,7 @@ pub(crate) fn start(arguments: &[&[&str]]) -> Sim {
     Sim::start(&[&["--image", image()], arguments.concat().as_slice()].concat())
 }
 
-/// What `tmcl send` prints.
+/// The output of `tmcl send`.
 fn send(link: &str, address: &str, command: &str) -> String {
     let output = run(&["send", link, "--timeout", "60000", "--address", address, command]);
     assert!(output.status.success(), "{link}: {command}: {}", complaint(&output));

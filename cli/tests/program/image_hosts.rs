@@ -79,7 +79,8 @@ fn line(host: &mut Host<TcpStream>) -> String {
     }
 }
 
-/// One that stays in ASCII mode has the link for itself only as long as nobody else wants it: then its session is over.
+/// A host that stays in ASCII mode has the link for itself only as long as nobody else wants it: then its session is
+/// over.
 #[test]
 fn who_has_left_the_start_mode_makes_room_for_the_others() {
     let sim = start(&[&TCP, &CONTROL, &SLOW, &["--serial", "{}/usb"]]);
@@ -148,7 +149,7 @@ fn hosts_that_send_all_at_once_hold_up_nobody() {
     }
 }
 
-/// What comes without an answer, or late, holds up nobody longer than that.
+/// Requests that have no answer, or a late one, hold up nobody longer than that.
 #[test]
 fn a_host_that_sends_all_kinds_at_once_holds_up_nobody() {
     let sim = start(&[&TCP, &CONTROL, &SLOW]);
@@ -175,7 +176,7 @@ fn after_a_flood_and_a_power_cycle_the_links_of_a_core_are_free() {
     links_are_free_after_a_flood_and_a_power_cycle(&Sim::start(&[&TCP[..], &CONTROL, &LINKS].concat()));
 }
 
-/// What hosts had sent before the power was cut is lost with it, wherever it waited.
+/// Bytes that hosts had sent before the power was cut are lost with it, wherever they waited.
 fn links_are_free_after_a_flood_and_a_power_cycle(sim: &Sim) {
     let mut rs485 = Host(OpenOptions::new().read(true).write(true).open(sim.told("rs485")).unwrap());
     // As much as fits in a terminal, and the beginning of another telegram.

@@ -1,5 +1,5 @@
-//! `tmcl sim --image` with the flash images of the TMCM-6110 and of the TMCM-3212, which tell by themselves what they are; and
-//! images that do not.
+//! `tmcl sim --image` with the flash images of the TMCM-6110 and of the TMCM-3212, which tell by themselves what they
+//! are; and images that do not.
 
 use std::fs;
 use std::path::Path;

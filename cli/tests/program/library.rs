@@ -1,5 +1,5 @@
-//! The library in a crate of one's own: the example for a module at a port, copied to where no checkout is, drives a virtual
-//! module over TCP. `docs/library.md` tells of it.
+//! The library in a crate of one's own: the example for a module at a port, copied to where no checkout is, drives a
+//! virtual module over TCP. `docs/library.md` tells of it.
 
 use std::fs;
 
@@ -16,10 +16,10 @@ fn manifest(root: &std::path::Path) -> String {
     )
 }
 
-/// It moves the axis, stores the parameter, and puts the program into the module: seen by other means.
+/// The program moves the axis, stores the parameter, and puts a TMCL program into the module: seen by other means.
 #[test]
 fn fifteen_lines_elsewhere_drive_a_module() {
-    let root = fw::workspace().unwrap();
+    let root = xtask::workspace().unwrap();
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("src")).unwrap();
     fs::write(folder.path().join("Cargo.toml"), manifest(&root)).unwrap();

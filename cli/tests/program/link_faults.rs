@@ -21,7 +21,7 @@ fn waits(sim: &Sim) -> Vec<f64> {
     pairs.filter(|(_, reply)| !reply.contains("lost:")).map(|(request, reply)| at(reply) - at(request)).collect()
 }
 
-/// What a host sees of the three faults of replies.
+/// The three faults of replies, as a host sees them.
 fn replies_are_lost_corrupted_and_late(sim: &Sim) {
     let mut host = sim.tcp();
     assert_eq!(host.ok("GAP 6, 0"), 128);
@@ -125,7 +125,7 @@ fn without_hangup_connections_stay() {
     assert_eq!((serial.ok("GAP 6, 0"), host.ok("GAP 6, 0")), (128, 128));
 }
 
-/// What stands at the path of the terminal by then is left alone, and the port comes back when it is gone.
+/// A file that stands at the path of the terminal by then is left alone, and the port comes back when it is gone.
 #[test]
 fn a_file_in_the_way_of_the_new_terminal_is_left_alone() {
     let sim = Sim::start(&["--serial", "{}/usb", "--control", "127.0.0.1:0"]);

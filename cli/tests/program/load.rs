@@ -14,7 +14,7 @@ fn load(fake: &Fake, options: &[&str]) -> (Option<i32>, String, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), complaint(&output))
 }
 
-/// What the memory has from an address on.
+/// The contents of the memory from an address on.
 fn memory(fake: &Fake, at: usize) -> Vec<String> {
     fake.state().memory[at..at + PROGRAM.len()].iter().map(ToString::to_string).collect()
 }

@@ -1,4 +1,4 @@
-//! What the program says when it is used wrongly.
+//! Messages of the program when it is used wrongly.
 
 use super::harness::{Sim, complaint, run};
 

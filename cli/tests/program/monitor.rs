@@ -42,9 +42,9 @@ fn reads(command: Command, number: u8) -> bool {
     command.opcode == Opcode::Gap as u8 && command.kind == number
 }
 
-/// After each second sample of the position of this module the other parameters take half a second: the times of the rows
-/// have to tell when the position was read, not when the row was complete. It was read after the reply before it, and before
-/// the next parameter was asked for; however long that takes on a busy computer.
+/// After each second sample of the position of this module the other parameters take half a second. The times of the
+/// rows have to tell when the position was read, not when the row was complete. It was read after the reply before it,
+/// and before the next parameter was asked for; however long that takes on a busy computer.
 #[test]
 fn a_row_is_stamped_when_its_position_was_read() {
     let start = Instant::now();

@@ -1,8 +1,8 @@
-//! Pages of the documentation do not lie: what they show is done here in its order, by the real program on real ports, and
-//! comes out as they show it.
+//! Pages of the documentation do not lie: what they show is done here in its order, by the real program on real ports,
+//! and comes out as they show it.
 //!
-//! A page has its commands in blocks that are indented by four spaces, behind `$ `, and what they print below; `...` stands
-//! for any lines. Files that it has the reader write stand in a block below a line with "Write `NAME`".
+//! A page has its commands in blocks that are indented by four spaces, behind `$ `, and what they print below; `...`
+//! stands for any lines. Files that it has the reader write stand in a block below a line with "Write `NAME`".
 
 use std::collections::BTreeMap;
 use std::env;
@@ -20,11 +20,11 @@ use rustix::process::{Pid, Signal};
 use super::build;
 use super::harness::{PATIENCE, command, tmcl, tmcl_path};
 
-/// What a port is called on a page; here each is a free one.
+/// The host of a port on a page; here each port is a free one.
 const HOST: &str = "127.0.0.1";
 /// Where a page has its serial ports; here that is a folder of its own.
 const PORTS: &str = "/tmp/";
-/// What interactive commands ask with where somebody sees it; the line behind it is typed.
+/// The text with which interactive commands ask where somebody sees it; the line behind it is typed.
 const PROMPT: &str = "(tmcl) ";
 /// Any number of lines, or the rest of one.
 const REST: &str = "...";
@@ -33,16 +33,17 @@ const OTHERS: [&str; 5] = ["bash", "cat", "cmp", "cp", "tail"];
 
 /// A page, and what is special about its commands.
 pub(crate) struct Page {
-    /// Its name in the repository.
+    /// The page's name in the repository.
     pub(crate) name: &'static str,
     /// Commands that are not run here, by how they begin, and why.
     pub(crate) not_run: &'static [(&'static str, &'static str)],
-    /// Commands that a reader types some seconds later than this test. They only ask, and are repeated until they tell what
-    /// the page shows.
+    /// Commands that a reader types some seconds later than this test. They only ask, and are repeated until they tell
+    /// what the page shows.
     pub(crate) awaited: &'static [&'static str],
     /// Lines with numbers that nobody knows beforehand, where `#` stands for one, and why.
     pub(crate) varies: &'static [(&'static str, &'static str)],
-    /// What the page has its reader mend: a file, what is wrong in it, what is right, and what tells of the mistake.
+    /// The mistake that the page has its reader mend: a file, what is wrong in it, what is right, and what tells of the
+    /// mistake.
     pub(crate) mended: Option<[&'static str; 4]>,
 }
 
@@ -149,7 +150,7 @@ struct Shown {
     output: Vec<String>,
 }
 
-/// What a page has its reader do.
+/// An item of a page that its reader follows.
 enum Item {
     Command(Shown),
     File { name: String, text: String },
@@ -196,7 +197,7 @@ fn with_tmcl() -> OsString {
 
 /// The folder of the repository.
 fn root() -> PathBuf {
-    fw::workspace().unwrap()
+    xtask::workspace().unwrap()
 }
 
 /// The words of a command line; quotes keep them together.
@@ -279,7 +280,7 @@ impl Reader {
         with_numbers(&word, &self.ports)
     }
 
-    /// What is said here as the page has it.
+    /// The lines that are said here, as the page has them.
     fn shown(&self, text: &str) -> Vec<String> {
         let text = text.replace(&format!("{}/", self.folder.path().display()), PORTS);
         let text = self
@@ -360,7 +361,7 @@ impl Reader {
 /// A running module.
 struct Sim {
     child: Child,
-    /// What it said until it was ready.
+    /// The lines that the module printed until it was ready.
     said: Vec<String>,
 }
 

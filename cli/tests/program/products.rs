@@ -1,4 +1,4 @@
-//! What a module is: who asks it, how often, and what follows from the answer.
+//! The product of a module: who asks for it, how often, and what follows from the answer.
 
 use super::fake::{Fake, State};
 use super::harness::{complaint, run};
@@ -67,7 +67,7 @@ fn a_module_that_the_user_names_is_not_asked() {
     assert_eq!(said("6110"), "GAP 209, 0: 0, status 100 ok\nGAP 201, 0: 0, status 100 ok\n");
 }
 
-/// What has no name is answered with as many telegrams as there are commands.
+/// Commands that need no name are answered with as many telegrams as there are commands.
 #[test]
 fn a_command_that_needs_no_name_is_sent_alone() {
     let lines = ["6, 1, 0, 0", "9, 66, 0, 3", "MVP ABS, 0, 5", "MST 0", "GIO 8, 1", "GGP 9, 2", "135"];
@@ -76,7 +76,8 @@ fn a_command_that_needs_no_name_is_sent_alone() {
     assert_eq!(fake.state().asked.len(), lines.len(), "{}", complaint(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.starts_with("GAP 1, 0: 0, status 100 ok\nSGP 66, 0, 3: 3, status 100 ok\n"), "{said}");
-    // What is refused has no name either. Where a product may not have the motor, the module is asked what it is, to explain it.
+    // What is refused has no name either. Where a product may not have the motor, the module is asked what it is, to
+    // explain it.
     let fake = Fake::start(State::default());
     let output = run(&["send", &fake.link, "GAP 1, 5"]);
     assert_eq!((output.status.code(), fake.state().asked.len()), (Some(1), 2), "{}", complaint(&output));

@@ -95,7 +95,7 @@ fn labels_are_right_wherever_a_program_is_loaded_to() {
     );
 }
 
-/// What a user writes, and what becomes of it without anybody's doing anything.
+/// A program that a user writes, and what becomes of it without anybody's doing anything.
 const STAGE: &str = "\
 // To and fro
 #include TMCLParam.tmc
@@ -271,7 +271,7 @@ fn a_download_that_is_interrupted_leaves_nothing_to_run() {
     }
 }
 
-/// Who watches learns that the module is gone, and does not wait for ever.
+/// A user who watches learns that the module is gone, and does not wait for ever.
 #[test]
 fn a_module_that_vanishes_ends_the_watch() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
@@ -337,7 +337,7 @@ fn an_eeprom_that_does_not_answer_is_told_from_a_protection() {
     assert!(complaint(&output).contains("\"SGP 81, 0, 0\" lifts the protection"), "{}", complaint(&output));
 }
 
-/// What the debugger says without the commands that it shows around the one where it is.
+/// The output of the debugger without the commands that it shows around the one where it is.
 fn bare(said: &str) -> Vec<&str> {
     said.lines().filter(|line| !line.starts_with("   ")).collect()
 }
@@ -446,7 +446,7 @@ running";
     }
 }
 
-/// What runs freely is halted, and says where it is.
+/// A program that runs freely is halted, and the debugger says where it is.
 #[test]
 fn a_loop_is_halted() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);

@@ -35,7 +35,7 @@ pub(crate) struct Terminal {
     slave: Option<OwnedFd>,
     /// The settings before the program began.
     settings: Termios,
-    /// What the program has shown and nobody has waited for.
+    /// The text that the program has shown and nobody has waited for.
     shown: String,
 }
 
@@ -55,8 +55,8 @@ impl Terminal {
         let (master, slave) = pair(columns);
         let settings = rustix::termios::tcgetattr(&slave).unwrap();
         let side = || Stdio::from(slave.try_clone().unwrap());
-        // setsid makes this the controlling terminal of the program, which it becomes: Ctrl-C is a signal, and so is the
-        // end of the terminal.
+        // setsid makes this the controlling terminal of the program, which it becomes: Ctrl-C is a signal, and so is
+        // the end of the terminal.
         let mut command = command("setsid");
         command.args(["--ctty", tmcl_path()]).args(arguments).env("TERM", "xterm").env_remove("NO_COLOR");
         // In a log of CI colours are taken to be seen, whatever the terminal.
@@ -114,7 +114,7 @@ impl Terminal {
         }
     }
 
-    /// Its process.
+    /// The process of the program.
     pub(crate) fn pid(&self) -> Pid {
         Pid::from_child(&self.child)
     }

@@ -75,14 +75,14 @@ impl Folder {
         tmcl(&["run"]).args(arguments).current_dir(self.0.path()).output().unwrap()
     }
 
-    /// What it prints when all is well.
+    /// The output of the program when all is well.
     fn shown(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What it complains about when it ends with this code.
+    /// The complaint of the program when it ends with this code.
     fn complaint(&self, code: i32, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", complaint(&output));
@@ -524,7 +524,7 @@ fn what_is_wrong_with_the_arguments_is_told_in_one_sentence() {
 /// writes them anew.
 #[test]
 fn the_plots_of_the_examples_are_up_to_date() {
-    let root = fw::workspace().unwrap();
+    let root = xtask::workspace().unwrap();
     let page = std::fs::read_to_string(root.join("examples/README.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let names = ["homing_axes", "straight_line", "pick_and_place", "six_point_ramp"];

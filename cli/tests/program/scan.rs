@@ -18,8 +18,9 @@ use super::harness::{Sim, complaint, run};
 
 const VERSION: &str = "TMCM-1140, firmware version 1.42 (1140V142)";
 
-/// Scans until what the lines say is this. A module that answers later than is waited for is missed, and a busy computer makes
-/// any module late, so each time it is waited longer. Who is not there is waited for as well: hence not at once for long.
+/// Scans until what the lines say is this. A module that answers later than is waited for is missed, and a busy
+/// computer makes any module late, so each time it is waited longer. Who is not there is waited for as well: hence not
+/// at once for long.
 fn assert_says<T: PartialEq + Debug>(arguments: &[&str], read: impl Fn(&str) -> T, expected: &[T]) {
     let mut found = Vec::new();
     for timeout in ["100", "1000", "8000"] {
@@ -130,7 +131,7 @@ fn a_reply_that_comes_late_is_none_at_the_next_bit_rate() {
     }
 }
 
-/// What answers to each telegram over TCP, after a time: its link.
+/// Starts a peer that answers to each telegram over TCP, after a time; gives its link.
 fn answering(delay: Duration, answer: impl Fn(&[u8; TELEGRAM]) -> [u8; TELEGRAM] + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let link = format!("tcp:{}", listener.local_addr().unwrap());

@@ -39,7 +39,7 @@ fn replies_are_the_same_over_every_link() {
     }
 }
 
-/// Three modules on the CAN bus and on the RS485 bus: each keeps its own settings, and each has an EEPROM file and
+/// Three modules are on the CAN bus and on the RS485 bus. Each keeps its own settings, and each has an EEPROM file and
 /// a place on the control port of its own.
 #[test]
 fn three_modules_on_two_buses() {
@@ -209,7 +209,8 @@ fn answering(answer: impl Fn([u8; TELEGRAM]) -> Option<Vec<u8>> + Send + 'static
     link
 }
 
-/// What comes in place of a reply is told in one sentence, with what can be done, and nothing of it is taken for a value.
+/// Bytes that come in place of a reply are told in one sentence, with what can be done, and nothing of them is taken
+/// for a value.
 #[test]
 fn a_module_that_does_not_answer_well_is_told() {
     let reply = |opcode, value| {

@@ -60,8 +60,8 @@ impl Bench {
     }
 
     /// Holds a key until the axis has had this velocity for so long without a break, as the module counts time. A busy
-    /// computer may delay a repetition, so that the motor slows down and this begins anew; a jog that stutters by itself
-    /// never gets there.
+    /// computer may delay a repetition, so that the motor slows down and this begins anew; a jog that stutters by
+    /// itself never gets there.
     fn hold(&mut self, key: &str, axis: usize, velocity: i64, time: u64) {
         // A computer that is busy all the time has a quiet moment now and then.
         let end = Instant::now() + 10 * PATIENCE;
@@ -213,8 +213,8 @@ fn another_key_changes_the_direction() {
     bench.rest(0);
 }
 
-/// From a speed where stopping takes longer than 90 ms nothing would stop within 300: an acceleration of 100 is 46566 pps2
-/// (manual section 6.1.2), so in 90 ms the speed changes by 4191 pps, which is 137 units of 30.5 pps.
+/// From a speed where stopping takes longer than 90 ms nothing would stop within 300. An acceleration of 100 is 46566
+/// pps2 (manual section 6.1.2), so in 90 ms the speed changes by 4191 pps, which is 137 units of 30.5 pps.
 #[test]
 fn the_speed_is_limited_such_that_it_stops_in_time() {
     let mut bench = Bench::start(&[]);
@@ -250,8 +250,9 @@ fn axes_of_every_kind_are_moved() {
     assert_eq!(bench.ok("GAP 4, 2"), 51200);
 }
 
-/// At 9600 baud a request and its reply take 19 ms, and a key three of them: less than the time for which a key keeps the motor
-/// moving. Time goes by these requests alone, so that what a busy computer takes for them counts for nothing; then by steps.
+/// At 9600 baud a request and its reply take 19 ms, and a key three of them: less than the time for which a key keeps
+/// the motor moving. Time goes by these requests alone, so that what a busy computer takes for them counts for nothing;
+/// then by steps.
 #[test]
 fn a_slow_bus_is_fast_enough() {
     const STEP: u64 = 5_000;
@@ -411,8 +412,8 @@ fn without_a_terminal_lines_are_read_and_a_jog_is_refused() {
     }
 }
 
-/// A module whose replies take their time; it has 1000 as speed and acceleration, with the divisors from the factory. Gives
-/// its link.
+/// A module whose replies take their time; it has 1000 as speed and acceleration, with the divisors from the factory.
+/// Gives its link.
 fn slow_module(delay: Duration) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let link = format!("tcp:{}", listener.local_addr().unwrap());
@@ -473,8 +474,8 @@ fn a_module_that_is_not_there_is_told_at_once() {
     }
 }
 
-/// The fuel of a key is the round trip's affair: where it would have to be so long that the motor went on too long, it is
-/// told how slow the link is, and how slow it may be.
+/// The fuel of a key is the round trip's affair. Where it would have to be so long that the motor went on too long, it
+/// is told how slow the link is, and how slow it may be.
 #[test]
 fn a_link_that_is_too_slow_is_told_by_how_much() {
     let mut shell = Terminal::start_with(&["shell", &slow_module(Duration::from_millis(60))], 200);

@@ -12,9 +12,9 @@ use super::harness::{Host, Sim, complaint, run};
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
 const FAST: [&str; 2] = ["--speed", "20"];
-/// One module of each product.
+/// A module of each product.
 const MIXED: [&str; 2] = ["--product", "1140,3110,3212,6110,1110"];
-/// What is special about the modules of these, module 1 first: number, axes, and bytes of the EEPROM.
+/// Numbers that differ between the modules of these, module 1 first: number, axes, and bytes of the EEPROM.
 const PRODUCTS: [(i32, u8, u64); 5] = [
     (0x0474_012A, 1, 16_384),
     (0x0C26_010E, 3, 32_768),
@@ -25,7 +25,7 @@ const PRODUCTS: [(i32, u8, u64); 5] = [
 /// The names of the EEPROM files of their modules.
 const FILES: [&str; 5] = ["module.bin", "module.bin.2", "module.bin.3", "module.bin.4", "module.bin.5"];
 
-/// What a simulator prints that ends when it is ready.
+/// The output of a simulator that ends when it is ready.
 pub(super) fn said(arguments: &[&str]) -> String {
     let output = run(&[&["sim", "--exit-with-stdin"], arguments].concat());
     assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
@@ -69,7 +69,7 @@ fn place(module: u8, axis: u8) -> i32 {
     100 * i32::from(module) + i32::from(axis)
 }
 
-/// What the state of a module tells of its axes, one field of each.
+/// A field of each axis in the state of a module.
 pub(super) fn of_axes(state: &serde_json::Value, field: &str) -> Vec<serde_json::Value> {
     state["axes"].as_array().unwrap().iter().map(|axis| axis[field].clone()).collect()
 }
@@ -117,8 +117,8 @@ fn one_name_is_that_of_all_modules_and_a_list_has_one_for_each() {
     assert!(first(&["--product", &["1140"; 127].join(",")]).starts_with("127 virtual TMCM-1140s "));
 }
 
-/// As many modules as there are, of each product: the first and the last, and those between them, have the addresses of their
-/// numbers on both buses, and all of them end when the simulator does.
+/// As many modules run as there are, of each product. The first and the last, and those between them, have the
+/// addresses of their numbers on both buses, and all of them end when the simulator does.
 #[test]
 fn there_may_be_127_modules() {
     for (product, (version, ..)) in ["1140", "3110", "3212", "6110", "1110"].into_iter().zip(PRODUCTS) {
@@ -190,8 +190,8 @@ fn the_canopen_firmware_is_that_of_one_product() {
     }
 }
 
-/// Modules of four products on an RS485 bus and a CAN bus: each has the address of its number, its own axes, and its
-/// own settings, and nobody takes what another one says for a request.
+/// Modules of four products are on an RS485 bus and a CAN bus. Each has the address of its number, its own axes, and
+/// its own settings, and nobody takes what another one says for a request.
 #[test]
 fn different_products_share_the_buses() {
     let sim =
@@ -307,7 +307,7 @@ fn a_file_of_another_size_is_refused_by_its_name() {
     assert_eq!(sizes, [16_384, 32_768, 65_536], "all are left alone");
 }
 
-/// What another product has stored is none of the module's business, until it stores something itself.
+/// Data that another product has stored are none of the module's business, until it stores something itself.
 #[test]
 fn settings_of_another_product_are_left_alone() {
     // Both EEPROMs end with the settings.

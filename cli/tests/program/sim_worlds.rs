@@ -1,4 +1,4 @@
-//! What is around modules with several axes: world files, switches, loads, faults, encoders, inputs and outputs.
+//! The surroundings of modules with several axes: world files, switches, loads, faults, encoders, inputs and outputs.
 
 use std::fs;
 
@@ -110,11 +110,11 @@ fn a_world_file_has_no_more_axes_than_the_product() {
     assert_eq!(output.status.code(), Some(1));
 }
 
-/// The example with three axes: each finds its own switches, on either product; the other axes of the TMCM-6110 have
+/// In the example with three axes each finds its own switches, on either product. The other axes of the TMCM-6110 have
 /// what the file says for all of them, and nothing in their way.
 #[test]
 fn each_axis_of_the_gantry_finds_its_own_place() {
-    let gantry = fw::workspace().unwrap().join("hal-sim/worlds/gantry.toml");
+    let gantry = xtask::workspace().unwrap().join("hal-sim/worlds/gantry.toml");
     for (product, axes) in [("3110", 3), ("6110", 6)] {
         let sim = Sim::start(&[&LINKS[..], &["--product", product, "--world", gantry.to_str().unwrap()]].concat());
         let mut host = sim.tcp();

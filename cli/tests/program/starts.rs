@@ -42,7 +42,7 @@ fn one_line_of_json_tells_what_it_is_and_where() {
     child.wait().unwrap();
 }
 
-/// Who listens on more than this computer's own addresses is told so, and which address it is.
+/// A user whose ports listen on more than this computer's own addresses is told so, and which address it is.
 #[test]
 fn ports_for_other_computers_are_warned_of() {
     for (arguments, open) in [

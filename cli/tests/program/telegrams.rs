@@ -34,7 +34,7 @@ fn wait_for(path: &Path, text: &str) {
     }
 }
 
-/// What the lines of a log say, each behind its direction.
+/// The texts of the lines of a log, each behind its direction.
 fn said(path: &Path) -> Vec<String> {
     let behind = |line: &String| format!("{} {}", &line[9..10], line[41..].trim_start());
     lines(path).iter().map(behind).collect()
@@ -189,7 +189,7 @@ fn what_did_not_come_in_time_is_in_the_log() {
     );
 }
 
-/// What a host says to a paused module, at times of its own; the log of it.
+/// The log of what a host says to a paused module, at times of its own.
 fn paused(arguments: &[&str], sleeps: &[u64]) -> String {
     let links = ["--paused", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--log-telegrams", "{}/log"];
     let sim = Sim::start(&[&links[..], arguments].concat());

@@ -209,8 +209,8 @@ fn what_is_wrong_is_said_with_what_to_write() {
 /// The microseconds of an hour.
 const HOUR: u64 = 3_600_000_000;
 
-/// Modules in paused time whose programs never wait. An hour, the longest step, takes one of them some eight seconds, and all of
-/// them a minute or more: nobody is done with it while a test goes on.
+/// Modules in paused time whose programs never wait. An hour, the longest step, takes one of them some eight seconds,
+/// and all of them a minute or more: nobody is done with it while a test goes on.
 pub(crate) fn tireless() -> Sim {
     let sim = Sim::start(&[&PAUSED[..], &["--modules", "8"]].concat());
     let mut port = Controller::new(&sim);

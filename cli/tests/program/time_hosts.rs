@@ -11,7 +11,7 @@ use super::turns::{MOST_CONNECTIONS, adapter, frame};
 
 const PAUSED: [&str; 5] = ["--paused", "--control", "127.0.0.1:0", "--tcp", "127.0.0.1:0"];
 
-/// What a command that must succeed prints.
+/// The output of a command that must succeed.
 fn said(output: &Output) -> String {
     assert!(output.status.success(), "{}", complaint(output));
     String::from_utf8_lossy(&output.stdout).into_owned()

@@ -16,7 +16,7 @@ fn module_with(options: &[&str]) -> (Sim, String) {
     (sim, link)
 }
 
-/// What `tmcl send` says to these commands; they need not all be carried out.
+/// The output of `tmcl send` for these commands; they need not all be carried out.
 fn sent(link: &str, lines: &[&str]) -> Vec<String> {
     let output = run(&[&["send", link], lines].concat());
     assert_eq!(complaint(&output), "", "{lines:?}");

@@ -7,7 +7,7 @@ use super::harness::{Sim, complaint, run};
 
 /// The file of the example that has this extension.
 pub(super) fn example(extension: &str) -> String {
-    let path = fw::workspace().unwrap().join("examples/stall_homing").with_extension(extension);
+    let path = xtask::workspace().unwrap().join("examples/stall_homing").with_extension(extension);
     path.to_str().unwrap().to_owned()
 }
 /// The hard end of the example's stage, and how far the program goes away from it.
@@ -55,8 +55,8 @@ pub(super) fn proposed(text: &str, parameter: u8) -> Option<i32> {
     line.split_whitespace().next().map(|value| value.parse().unwrap())
 }
 
-/// Runs the example with a threshold. Whether it has found its zero at the hard end: by the encoder, which counts from where
-/// the motor was at the start, it then stands `AWAY` from there.
+/// Runs the example with a threshold. Whether it has found its zero at the hard end: by the encoder, which counts from
+/// where the motor was at the start, it then stands `AWAY` from there.
 fn homes(folder: &tempfile::TempDir, world: &str, threshold: i32) -> bool {
     let source = std::fs::read_to_string(example("tmc")).unwrap();
     let changed = source.replace("Threshold = 1 ", &format!("Threshold = {threshold} "));
@@ -71,8 +71,8 @@ fn homes(folder: &tempfile::TempDir, world: &str, threshold: i32) -> bool {
     report.contains("OUT0 on") && report.contains("end               STOP") && (encoder - HARD_END - AWAY).abs() <= FEW
 }
 
-/// In ten random worlds out of ten the proposed threshold brings the example home. And not because any would: the lowest
-/// stops it at once, and the highest never.
+/// In ten random worlds out of ten the proposed threshold brings the example home. And not because any would: the
+/// lowest stops it at once, and the highest never.
 #[test]
 fn the_proposed_threshold_homes_in_ten_random_worlds() {
     let folder = tempfile::tempdir().unwrap();
@@ -95,9 +95,10 @@ fn the_proposed_threshold_homes_in_ten_random_worlds() {
     assert!(!homes(&folder, folder.path().join("world.toml").to_str().unwrap(), low.min(high - 30)));
 }
 
-/// The example's stage as it is. With half of the current (parameter 6: 128, of 32 steps the 17th) and a friction of a tenth
-/// the load is a tenth of 17/32 without, so the value is 512 x (1 - 0.188) + 64 x (SGT - 5) with a noise of 4: above 0 from
-/// SGT -1 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so it is 0 up to SGT 4.
+/// The example's stage as it is. With half of the current (parameter 6: 128, of 32 steps the 17th) and a friction of a
+/// tenth the load of the free motor is a tenth of 17/32. So the value is 512 x (1 - 0.188) + 64 x (SGT - 5) with a
+/// noise of 4. It is above 0 from SGT -1 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so
+/// it is 0 up to SGT 4.
 #[test]
 fn the_example_s_threshold() {
     let world = example("toml");
@@ -118,8 +119,8 @@ fn curves_on_standard_output_are_alone_there() {
     assert_eq!(proposed(&rest, 174), Some(1), "{rest}");
 }
 
-/// A motor that has a load of 0.2 and a friction of 0.1 already has 0.231 of its 17/32 in reserve, of which nine tenths come
-/// to its load: 0.408.
+/// A motor that has a load of 0.2 and a friction of 0.1 already has 0.231 of its 17/32 in reserve, of which nine tenths
+/// come to its load: 0.408.
 #[test]
 fn what_loads_the_motor_already_stays() {
     let folder = tempfile::tempdir().unwrap();
@@ -130,8 +131,9 @@ fn what_loads_the_motor_already_stays() {
     assert!(text.starts_with("Axis 0 of a TMCM-1140 at 800 int (24414 pps), load 0.41: "), "{text}");
 }
 
-/// With SGT 2 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load: so the current
-/// falls to the half as long as the upper threshold, (172 + 1) * 32, is not above 138, and sometimes above 160 with noise.
+/// With SGT 2 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load. So the
+/// current falls to the half as long as the upper threshold, (172 + 1) * 32, is not above 138, and sometimes above 160
+/// with noise.
 #[test]
 fn coolstep_saves_current_and_gives_it_back() {
     let world = example("toml");
@@ -177,8 +179,8 @@ fn what_cannot_be_measured_is_said() {
     assert!(code == 2 && message.contains(".svg"), "{message}");
 }
 
-/// With the highest threshold the load value says nothing, and the motor comes back all the same. In a module that ends with
-/// the program nobody can bring back anything.
+/// With the highest threshold the load value says nothing, and the motor comes back all the same. In a module that ends
+/// with the program nobody can bring back anything.
 #[test]
 fn a_motor_comes_back_from_a_measurement_that_fails() {
     let sim = module("1140");

@@ -1,4 +1,4 @@
-//! What `tmcl tune` asks somebody at a terminal, and how that somebody loads the motor.
+//! Questions that `tmcl tune` asks somebody at a terminal, and how that somebody loads the motor.
 
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,7 @@ fn a_hand_loads_the_motor() {
     assert!(table.contains("\nSAP 174, 0, 1\n"), "{table}");
 }
 
-/// Who types another word than yes does not hold the shaft.
+/// A user who types another word than yes does not hold the shaft.
 #[test]
 fn no_is_not_enter() {
     let sim = module("1140");
@@ -87,7 +87,7 @@ fn no_is_not_enter() {
     assert_left_in_peace(&sim, &before);
 }
 
-/// What is told after Ctrl-C stands on a line of its own, without the ^C of the terminal.
+/// The message after Ctrl-C stands on a line of its own, without the ^C of the terminal.
 #[test]
 fn after_an_interrupt_the_line_is_the_program_s() {
     let sim = module("1140");

@@ -62,7 +62,7 @@ fn a_signal_takes_the_load_away() {
     assert_eq!(load(), before);
 }
 
-/// What stands between the program and a module, and fails.
+/// A cable between the program and a module, which fails.
 struct Cable {
     link: String,
     /// Number of telegrams that still pass before it fails.

@@ -17,8 +17,8 @@ fn with(wanted: Command, deed: fn() -> Deed) -> Option<Instead> {
     Some(Box::new(move |command| (command == wanted).then(deed)))
 }
 
-/// A setting that is refused is the end. The motor is sent to where it is, and what was changed is put back; also what was
-/// refused, because nobody knows what a refusal has left.
+/// A setting that is refused is the end. The motor is sent to where it is, and what was changed is put back; also what
+/// was refused, because nobody knows what a refusal has left.
 #[test]
 fn a_setting_that_is_refused() {
     let fake = fake(0, with(sap(173, 0), || Deed::Refusal));
@@ -30,7 +30,7 @@ fn a_setting_that_is_refused() {
     assert_eq!(moves, 1);
 }
 
-/// What cannot be put back is named, and does not keep the rest from being put back.
+/// A setting that cannot be put back is named, and does not keep the rest from being put back.
 #[test]
 fn a_setting_that_cannot_be_put_back() {
     let fake = fake(0, with(sap(181, 900), || Deed::Refusal));
@@ -42,8 +42,8 @@ fn a_setting_that_cannot_be_put_back() {
     }
 }
 
-/// A module that has gone before the motor has moved: it does not have to be stopped or brought back. One command is sent
-/// to it again and again, and those after it are not.
+/// A module that has gone before the motor has moved: it does not have to be stopped or brought back. One command is
+/// sent to it again and again, and those after it are not.
 #[test]
 fn a_module_that_is_gone() {
     let mut is_gone = false;

@@ -1,4 +1,4 @@
-//! What `tmcl tune` does not wait for for ever: motors that do not get on.
+//! Motors that do not get on: `tmcl tune` does not wait for them for ever.
 
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ pub(super) fn written(fake: &Fake) -> Vec<(u8, i32)> {
     writes.map(|it| (it.kind, it.value)).collect()
 }
 
-/// What is changed for the time of a measurement, with values of which none is that of the measurement.
+/// The parameters that are changed for the time of a measurement, with values of which none is that of the measurement.
 pub(super) const BEFORE: [(u8, i32); 10] =
     [(4, 1234), (168, 1), (169, 2), (170, 5), (171, 1), (172, 3), (173, 2), (174, -7), (181, 900), (182, 77)];
 
@@ -32,7 +32,7 @@ pub(super) fn fake(jumps: usize, instead: Option<Instead>) -> Fake {
     Fake::start(State { jumps, parameters, instead, ..State::default() })
 }
 
-/// What is said of a measurement that fails.
+/// The message of a measurement that fails.
 pub(super) fn told(fake: &Fake, what: &[&str]) -> String {
     let output = run(&[&["tune", what[0], &fake.link, "--yes", "--speeds", "800"], &what[1..]].concat());
     assert_eq!(output.status.code(), Some(1));
@@ -46,18 +46,20 @@ fn there_and_back(settings: &[(u8, i32)]) -> Vec<(u8, i32)> {
     settings.iter().copied().chain(back).collect()
 }
 
-/// What stallGuard2 is measured with: coolStep, stop on stall and the filter are off, and the lowest threshold is the first.
+/// The settings with which stallGuard2 is measured: coolStep, stop on stall and the filter are off, and the lowest
+/// threshold is the first.
 const STALLGUARD: [(u8, i32); 5] = [(172, 0), (181, 0), (173, 0), (4, 800), (174, -64)];
 
-/// What is wrong is said, and everything that was changed has its old value again.
+/// Checks that the mistake is told, and that everything that was changed has its old value again.
 fn given_up(fake: &Fake, why: &str) {
     let told = told(fake, &["stallguard"]);
     assert!(told.contains(why) && told.ends_with("; all settings are as before\n"), "{told}");
     assert_eq!(written(fake), there_and_back(&STALLGUARD));
 }
 
-/// The speed is asked for once before anything, four times to see how long that takes, once before the motor is sent off, a
-/// hundred times and once more while it does not move, and once each when it has been sent back and has been stopped.
+/// The speed is asked for once before anything, four times to see how long that takes, and once before the motor is
+/// sent off. It is asked for a hundred times and once more while the motor does not move, and once each when the motor
+/// has been sent back and has been stopped.
 #[test]
 fn a_motor_that_does_not_move_is_given_up() {
     let fake = fake(0, None);
@@ -80,8 +82,8 @@ fn coolstep_is_measured_with_settings_of_its_own() {
     assert_eq!(written(&fake), there_and_back(&settings));
 }
 
-/// A motor that is at each target at once never has a constant speed: it is sent along its track twenty times, and once more,
-/// and back to where it was.
+/// A motor that is at each target at once never has a constant speed. It is sent along its track twenty times, and once
+/// more, and back to where it was.
 #[test]
 fn a_motor_that_is_never_at_constant_speed_is_given_up() {
     let fake = fake(usize::MAX, None);
@@ -89,10 +91,10 @@ fn a_motor_that_is_never_at_constant_speed_is_given_up() {
     assert_eq!((asked(&fake, Opcode::Mvp, 0), fake.state().parameters[&POSITION]), (22, 0));
 }
 
-/// A motor that stays at the other end of its track: the position is asked for to see whether there is the axis, and where
-/// its track begins, once on each of the 21 ways, and when it does not come back; then a hundred times and once more while it
-/// stands, and at last to say where.
-/// The speed is asked for once before anything, four times to see how long that takes, 21 times, and when it is stopped.
+/// A motor stays at the other end of its track. The position is asked for to see whether there is the axis, and where
+/// its track begins. It is asked for once on each of the 21 ways, and when the motor does not come back. Then it is
+/// asked for a hundred times and once more while the motor stands, and at last to say where. The speed is asked for
+/// once before anything, four times to see how long that takes, 21 times, and when the motor is stopped.
 #[test]
 fn a_motor_that_does_not_come_back_is_given_up() {
     let fake = fake(21, None);
@@ -116,7 +118,7 @@ fn stopping(questions: usize) -> Option<Instead> {
     }))
 }
 
-/// What was asked between the command that stops the motor and the first setting that is put back.
+/// The number of questions between the command that stops the motor and the first setting that is put back.
 fn questions_while_it_stops(fake: &Fake) -> usize {
     let state = fake.state();
     let after = state.asked.iter().skip_while(|it| it.opcode != Opcode::Mst as u8).skip(1);
@@ -131,8 +133,8 @@ fn a_motor_has_the_time_to_stop() {
     assert_eq!(questions_while_it_stops(&fake), 4);
 }
 
-/// A motor that turns on and on when it was stopped is waited for no longer after a signal. A look every 5 ms asks for its
-/// speed; had the signal no effect, there would be thousands of them in the twenty seconds that it has at most.
+/// A motor that turns on and on when it was stopped is waited for no longer after a signal. A look every 5 ms asks for
+/// its speed; had the signal no effect, there would be thousands of them in the twenty seconds that it has at most.
 #[test]
 fn a_signal_ends_the_wait_for_a_motor_that_does_not_stop() {
     let fake = fake(0, stopping(usize::MAX));
@@ -157,7 +159,7 @@ struct Signalled {
 }
 
 impl Signalled {
-    /// It, and the module that does so, and otherwise something in place of the usual.
+    /// The program, and the module that sends it the signal, and otherwise does something in place of the usual.
     fn at(at: usize, mut otherwise: impl FnMut(Command) -> Option<Deed> + Send + 'static) -> (Self, Instead) {
         let program = Arc::new(OnceLock::<Pid>::new());
         let known = Arc::clone(&program);
@@ -181,8 +183,8 @@ impl Signalled {
     }
 }
 
-/// A motor that stays at the other end of its track is looked at a hundred times, but not after a signal, which comes here
-/// when it is sent back: the 22nd time that it is sent anywhere.
+/// A motor that stays at the other end of its track is looked at a hundred times, but not after a signal. The signal
+/// comes here when the motor is sent back, the 22nd time that it is sent anywhere.
 #[test]
 fn a_signal_ends_the_wait_for_a_motor_that_does_not_come_back() {
     let (program, instead) = Signalled::at(22, |_| None);

@@ -1,9 +1,10 @@
-//! What `tmcl tune` plans before anything moves: how far the motor has to go.
+//! Plans that `tmcl tune` makes before anything moves: how far the motor has to go.
 
 use super::harness::Sim;
 use super::pty::Terminal;
 
-/// The way that a measurement at 50 000 pps asks for, in microsteps, with these settings of a module with ramps of six points.
+/// The way that a measurement at 50 000 pps asks for, in microsteps, with these settings of a module with ramps of six
+/// points.
 fn way(settings: &[&str]) -> u32 {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--product", "3212"]);
     let mut host = sim.tcp();
@@ -20,9 +21,9 @@ fn way(settings: &[&str]) -> u32 {
     end(from).abs_diff(end(to))
 }
 
-/// The slowest phase of a ramp counts: A1 and D1 (15, 18) if there is a V1 (16), AMAX and DMAX (5, 17) in any case. Up to
-/// 50 000 pps and down again, at 100 pps/s, are 50 000^2 / 100 = 25 million microsteps. Where the ramps are short, what is left
-/// is the way at constant speed, which grows with the time that the computer takes for a reading.
+/// The slowest phase of a ramp counts: A1 and D1 (15, 18) if there is a V1 (16), AMAX and DMAX (5, 17) in any case. Up
+/// to 50 000 pps and down again, at 100 pps/s, are 50 000^2 / 100 = 25 million microsteps. Where the ramps are short,
+/// what is left is the way at constant speed, which grows with the time that the computer takes for a reading.
 #[test]
 fn the_slowest_phase_of_a_ramp_counts() {
     const FAR: u32 = 20_000_000;

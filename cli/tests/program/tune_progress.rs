@@ -3,7 +3,7 @@
 use super::pty::Terminal;
 use super::tune::example;
 
-/// What `tmcl tune` shows on a terminal, in the world of the example.
+/// The output of `tmcl tune` on a terminal, in the world of the example.
 fn shown(what: &[&str]) -> String {
     let world = example("toml");
     let mut terminal = Terminal::start(&[&["tune", what[0], "sim", "--world", &world], &what[1..]].concat());
@@ -26,9 +26,9 @@ fn growing(steps: usize, total: usize) -> Vec<usize> {
 /// Makes room for a line where the bar was.
 const ROOM: &str = "\r\x1b[K";
 
-/// In this world each value of parameter 172 is tried with load, so all readings are made that there can be: for each speed
-/// one with coolStep off and 15 with it, without load and with it, and 5 with a hysteresis and one with a quarter. The bar
-/// makes room twice, when the motor is loaded and when it is not any more, and at the end.
+/// In this world each value of parameter 172 is tried with load, so all readings are made that there can be. For each
+/// speed there are one with coolStep off and 15 with it, without load and with it, and 5 with a hysteresis and one with
+/// a quarter. The bar makes room twice, when the motor is loaded and when it is not any more, and at the end.
 #[test]
 fn the_bar_of_coolstep_is_full_in_the_end() {
     let text = shown(&["coolstep", "--speeds", "800,1200", "--threshold", "2"]);

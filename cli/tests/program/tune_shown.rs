@@ -1,5 +1,6 @@
-//! What `tmcl tune` finds out in virtual worlds, line by line: announcement, tables, proposals and curves. The files in
-//! `tune_shown` have them; `UPDATE_FROZEN=1` in the environment writes them anew, and what has changed is to be read then.
+//! The findings of `tmcl tune` in virtual worlds, line by line: announcement, tables, proposals and curves. The files
+//! in `tune_shown` have them; `UPDATE_FROZEN=1` in the environment writes them anew, and what has changed is to be read
+//! then.
 
 use super::harness::run;
 
@@ -26,7 +27,7 @@ const RUNS: [(&str, &[&str]); 5] = [
 
 #[test]
 fn what_is_found_in_virtual_worlds() {
-    let root = fw::workspace().unwrap();
+    let root = xtask::workspace().unwrap();
     let there = root.join("cli/tests/program/tune_shown");
     let folder = tempfile::tempdir().unwrap();
     for (name, arguments) in RUNS {

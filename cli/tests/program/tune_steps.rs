@@ -6,7 +6,7 @@ use super::tune::example;
 /// Settings in the order in which they are written: parameters and values.
 type Steps = Vec<(u8, i32)>;
 
-/// What was written in a measurement in the world of the example.
+/// The settings that were written in a measurement in the world of the example.
 fn written(what: &[&str]) -> Steps {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("telegrams.log");
@@ -31,8 +31,8 @@ fn assert_steps(found: &Steps, expected: &Steps, back: &[(u8, i32)]) {
     assert!(found == &expected, "from step {different:?} on, or one is longer: {found:?}");
 }
 
-/// coolStep is switched off before each value of 172, so that the current is whole at first. Without load and with it all of
-/// them are tried, and then others with the chosen one, 2, which are off again afterwards.
+/// coolStep is switched off before each value of 172, so that the current is whole at first. Without load and with it
+/// all of them are tried, and then others with the chosen one, 2, which are off again afterwards.
 #[test]
 fn coolstep_begins_afresh_with_each_setting() {
     let found = written(&["coolstep", "--speeds", "800,1200", "--threshold", "2"]);
@@ -55,9 +55,9 @@ fn coolstep_begins_afresh_with_each_setting() {
     assert_steps(&found, &expected, &back);
 }
 
-/// Each eighth threshold at first, then those between where the value begins to be seen: the free motor from -1 on, which
-/// is between -8 and 0, and the loaded one from 5 on, which is between 0 and 8. At last those around both that are missing:
-/// from -2 to 5.
+/// Each eighth threshold at first, then those between where the value begins to be seen. With the free motor this is
+/// from -1 on, which is between -8 and 0, and with the loaded one from 5 on, which is between 0 and 8. At last those
+/// around both that are missing: from -2 to 5.
 #[test]
 fn stallguard_looks_closer_where_the_edges_are() {
     let found = written(&["stallguard", "--speeds", "800"]);

@@ -1,7 +1,8 @@
 //! The tests of the program that run on Windows as well: the program that mingw has linked, under wine.
 //!
-//! `cargo test -p tmcl-cli --test program -- --ignored on_windows` builds that program and runs all tests but [`APART`] with it in the place of
-//! the one for this system. It needs wine and mingw, says so where they are missing, and is ignored by who has not asked for it.
+//! `cargo test -p tmcl-cli --test program -- --ignored on_windows` builds that program and runs all tests but [`APART`]
+//! with it in the place of the one for this system. It needs wine and mingw, says so where they are missing, and is
+//! ignored by who has not asked for it.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -15,7 +16,7 @@ use crate::harness::{PROGRAM, Sim, tmcl_path};
 /// Rust's name of the system.
 const TARGET: &str = "x86_64-pc-windows-gnu";
 
-/// What does not run there, each group with its reason: a file of tests, or one test. All others do.
+/// Tests that do not run there, each group with its reason: a file of tests, or one test. All others do.
 const APART: [(&str, &[&str]); 7] = [
     (
         "serial ports and terminals that are pseudo terminals, which Windows does not have",
@@ -167,13 +168,13 @@ fn built() -> PathBuf {
     const WINE: &str = "This test needs wine: apt-get install --no-install-recommends wine wine64";
     carry_out(Command::new(LINKER).arg("--version").stdout(Stdio::null()), MINGW);
     carry_out(Command::new("wine").arg("--version").stdout(Stdio::null()), WINE);
-    fw::library(TARGET, "the program for Windows").unwrap();
+    xtask::library(TARGET, "the program for Windows").unwrap();
     // In a folder of its own, so that no other Cargo waits for it.
     let target = PathBuf::from(tmcl_path()).ancestors().nth(2).unwrap().join("foreign");
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--quiet", "--profile", "foreign", "-p", "tmcl-cli", "--target", TARGET, "--target-dir"]);
     cargo.arg(&target);
-    let workspace = fw::workspace().unwrap();
+    let workspace = xtask::workspace().unwrap();
     carry_out(cargo.current_dir(&workspace), "");
     let folder = target.join(TARGET).join("foreign");
     let (source, script) = (workspace.join(RANDOM), folder.join("tmcl"));

@@ -119,7 +119,7 @@ fn a_port_that_is_none_is_said_with_what_to_do() {
 }
 
 fn page() -> String {
-    fs::read_to_string(fw::workspace().unwrap().join("docs/control.md")).unwrap()
+    fs::read_to_string(xtask::workspace().unwrap().join("docs/control.md")).unwrap()
 }
 
 /// The first column of the page's table with this head, without quotes, and whether a star stands behind it.

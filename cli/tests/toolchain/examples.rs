@@ -1,5 +1,5 @@
-//! The example programs do what their comments say. Each is assembled, loaded by telegrams as a host does it, and run; what
-//! it does is seen in the world.
+//! The example programs do what their comments say. Each is assembled, loaded by telegrams as a host does it, and run;
+//! what it does is seen in the world.
 
 mod axes;
 mod six_points;
@@ -21,7 +21,7 @@ const AT_1000: f64 = 30_517.6;
 const TURN: i32 = 51_200;
 
 fn folder() -> PathBuf {
-    fw::workspace().unwrap().join("examples")
+    xtask::workspace().unwrap().join("examples")
 }
 
 /// The examples by their names, as if they were files beside each other.

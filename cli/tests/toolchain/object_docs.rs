@@ -188,7 +188,7 @@ fn sections(text: &str) -> BTreeMap<&str, BTreeMap<&str, &str>> {
     sections
 }
 
-/// What the EDS says of some objects, one of each kind.
+/// The entries of some objects in the EDS, one of each kind.
 #[test]
 fn an_object_in_the_eds_has_its_properties() {
     let text = eds::text(None);

@@ -1,4 +1,4 @@
-//! What `docs/objects.md` says of an object besides its properties.
+//! Notes on an object in `docs/objects.md`, besides its properties.
 
 use tmcm::canopen::Object;
 

@@ -1,8 +1,8 @@
-//! Runs the scenario files of `tests/scenarios` and `examples`, and the examples of `docs/scenarios.md`, by the code that
-//! `tmcl test` runs: on the firmware's core with all rows of their tables, and those of `tests/scenarios` on the flash images
-//! in the emulated microcontroller, which is slow, with the first row of each. One line is printed for each scenario;
-//! `SCENARIO=text cargo test -p tmcl-cli --test toolchain scenarios` runs those whose file name or title contains the text, and
-//! `ALL_ROWS=1` all rows on the images as well.
+//! Runs the scenario files of `tests/scenarios` and `examples`, and the examples of `docs/scenarios.md`, by the code
+//! that `tmcl test` runs. They run on the firmware's core with all rows of their tables. Those of `tests/scenarios`
+//! also run on the flash images in the emulated microcontroller, which is slow, with the first row of each. One line is
+//! printed for each scenario; `SCENARIO=text cargo test -p tmcl-cli --test toolchain scenarios` runs those whose file
+//! name or title contains the text, and `ALL_ROWS=1` all rows on the images as well.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use tmcm_sim::{Model, Product};
 
 /// The scenarios of a folder that are wanted, of which there may be none.
 fn files(folder: &str, first_rows: bool) -> Vec<File> {
-    let folder = fw::workspace().unwrap().join(folder);
+    let folder = xtask::workspace().unwrap().join(folder);
     let paths = testing::expanded(&folder).unwrap();
     let filter = std::env::var("SCENARIO").unwrap_or_default();
     let read = |path: &PathBuf| {
@@ -57,7 +57,7 @@ fn of_the_examples() {
 /// The examples stand in blocks of code that are marked as scenarios.
 #[test]
 fn of_the_documentation() {
-    let folder = fw::workspace().unwrap().join("docs");
+    let folder = xtask::workspace().unwrap().join("docs");
     let page = std::fs::read_to_string(folder.join("scenarios.md")).unwrap();
     let blocks: Vec<&str> = page.split("```scenario\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     assert!(blocks.len() > 5);
@@ -65,10 +65,10 @@ fn of_the_documentation() {
     on_core(&blocks.iter().map(read).collect::<Vec<_>>());
 }
 
-/// What each value of the world means can be read there, too.
+/// The meaning of each value of the world can be read there, too.
 #[test]
 fn the_documentation_has_all_values() {
-    let path = fw::workspace().unwrap().join("docs/scenarios.md");
+    let path = xtask::workspace().unwrap().join("docs/scenarios.md");
     let page = std::fs::read_to_string(path).unwrap();
     for product in Product::ALL {
         for name in Look::all(product.kind()).map(|look| look.name()) {
@@ -83,7 +83,7 @@ fn the_documentation_has_all_values() {
 /// Every example program is loaded by the scenarios that stand beside it.
 #[test]
 fn each_example_has_a_scenario() {
-    let folder = fw::workspace().unwrap().join("examples");
+    let folder = xtask::workspace().unwrap().join("examples");
     let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let programs: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "tmc")).collect();
     assert!(programs.len() > 8);

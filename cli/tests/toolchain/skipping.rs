@@ -28,7 +28,7 @@ impl Twins {
         }))
     }
 
-    /// What both do, which is the same, as is what can be seen of them afterwards.
+    /// The result of an act on both, which is the same, as is what can be seen of them afterwards.
     fn both<T: PartialEq + Debug>(&mut self, mut act: impl FnMut(&mut Stand<NativeModule>) -> T) -> T {
         let [with, without] = self.0.each_mut().map(|stand| (act(stand), seen(stand.module_mut())));
         assert!(with == without, "{with:?}\ninstead of {without:?}");
@@ -80,7 +80,7 @@ impl Rig for Twins {
 
 #[test]
 fn have_the_same_outcome() {
-    let folder = fw::workspace().unwrap().join("tests/scenarios");
+    let folder = xtask::workspace().unwrap().join("tests/scenarios");
     let paths = testing::expanded(&folder).unwrap();
     let files: Vec<_> = paths.iter().map(|path| testing::read_file(path, Model::default(), "").unwrap()).collect();
     assert!(files.len() > 10);

@@ -1,9 +1,10 @@
-//! Stands in for the crate `cbor-edn`, by which `defmt-decoder` prints what a log has with the display hint `:cbor`. No message
-//! of this firmware has that hint, so nothing of CBOR is known here: the bytes are printed in hexadecimal.
+//! Stands in for the crate `cbor-edn`, by which `defmt-decoder` prints what a log has with the display hint `:cbor`. No
+//! message of this firmware has that hint, so nothing of CBOR is known here: the bytes are printed in hexadecimal.
 //!
 //! That crate needs `chrono` with what this asks of its surroundings. In a browser these are functions of JavaScript by
-//! `wasm-bindgen`, which a page without that tool does not have; and linked for macOS on another system, a framework that is not
-//! there. The `[patch]` in `Cargo.toml` of the workspace puts this in its place.
+//! `wasm-bindgen`, which a page without that tool does not have. In a program that is linked for macOS on another
+//! system, these are a framework that is not there. The `[patch]` in `Cargo.toml` of the workspace puts this in its
+//! place.
 
 #![forbid(unsafe_code)]
 

@@ -10,8 +10,8 @@ use crate::clock::Nanos;
 /// The byte that a bus reads if no chip drives it.
 const FLOATING: u8 = 0xFF;
 
-/// The bytes that are sent to a chip of the motion bus between the fall and the rise of its chip select, also to a chip
-/// that does not hear it.
+/// The bytes that are sent to a chip of the motion bus between the fall and the rise of its chip select. The chip need
+/// not hear them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Datagram {
     /// The chip that is selected.
@@ -99,8 +99,8 @@ impl Board {
         miso
     }
 
-    /// Clocks `bytes` over the bus of `chip`, which is selected, all at the present time, and puts those that MISO reads in
-    /// their places.
+    /// Clocks `bytes` over the bus of `chip`, which is selected, all at the present time, and puts those that MISO
+    /// reads in their places.
     pub(super) fn exchange(&mut self, chip: Chip, bytes: &mut [u8]) {
         if chip == Chip::At25 {
             return bytes.iter_mut().for_each(|byte| *byte = self.eeprom_byte(*byte));
@@ -134,8 +134,8 @@ impl Board {
         miso
     }
 
-    /// Loses the answers of `count` datagrams on the motion bus, after `after` others; where `whole` is true, the datagrams as
-    /// well, so that their chips hear nothing of them.
+    /// Loses the answers of `count` datagrams on the motion bus, after `after` others; where `whole` is true, the
+    /// datagrams as well, so that their chips hear nothing of them.
     pub fn lose_answers(&mut self, after: u64, count: u64, whole: bool) {
         self.loss = Loss { after, count, whole, now: false };
     }

@@ -1,12 +1,12 @@
-//! For how long a board goes on as it does: so long whoever looks at it finds nothing new but positions and loads of motors
-//! that turn at constant speeds.
+//! For how long a board goes on as it does: so long whoever looks at it finds nothing new but positions and loads of
+//! motors that turn at constant speeds.
 
 use super::Board;
 use super::chips::Prospect;
 use crate::clock::{MILLISECOND, Nanos};
 
-/// How much earlier than a motor gets somewhere the board counts as calm no more: positions that are compared with it may
-/// have been read as long ago.
+/// How much earlier than a motor gets somewhere the board counts as calm no more: positions that are compared with it
+/// may have been read as long ago.
 const MARGIN: Nanos = 2 * MILLISECOND;
 
 /// For how long a board goes on as it does, if nothing reaches it from outside.
@@ -15,13 +15,13 @@ pub struct Calm {
     /// Before this time nothing happens but that motors turn on at constant speeds: no input changes, and no chip tells
     /// anything new but the positions and loads of those motors.
     pub until: Nanos,
-    /// By this time the encoders of absolute angles are to be read: later a motor may have turned by more than half a turn,
-    /// and would seem to have turned the other way.
+    /// By this time the encoders of absolute angles are to be read. Later a motor may have turned by more than half a
+    /// turn, and would seem to have turned the other way.
     pub readable: Nanos,
 }
 
 impl Calm {
-    /// It is just doing something else.
+    /// No calm: the board is just doing something else.
     const NOT: Self = Self { until: 0, readable: 0 };
 
     fn and(self, other: Self) -> Self {
@@ -30,8 +30,8 @@ impl Calm {
 }
 
 impl Board {
-    /// For how long the board goes on as it does. By axis `room` is the number of steps that a motor may make until then,
-    /// less those of 2 ms; 0 is for one that is to rest.
+    /// For how long the board goes on as it does. By axis `room` is the number of steps that a motor may make until
+    /// then, less those of 2 ms; 0 is for one that is to rest.
     pub fn calm(&self, room: &[u32]) -> Calm {
         let told = self.recorded.is_some() || self.loss.is_due() || self.lines.iter().any(|line| line.selected);
         if !self.powered || told || self.at25.next_event().is_some() {
@@ -70,7 +70,8 @@ impl Board {
         self.lines.iter().map(|line| line.datagrams)
     }
 
-    /// Counts datagrams that were left out because nobody would have learnt anything by them, in the order of the lines.
+    /// Counts datagrams that were left out because nobody would have learnt anything by them, in the order of the
+    /// lines.
     pub fn count_datagrams(&mut self, left_out: impl Iterator<Item = u64>) {
         for (line, count) in self.lines.iter_mut().zip(left_out) {
             line.datagrams += count;

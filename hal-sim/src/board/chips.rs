@@ -6,7 +6,7 @@ use crate::clock::Nanos;
 use crate::fault::Fault;
 use crate::world::Axis;
 
-/// What a chip has around it beside its axis.
+/// The surroundings of a chip beside its axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surroundings {
     pub(super) now: Nanos,
@@ -19,9 +19,9 @@ pub(super) struct Surroundings {
 /// How an axis goes on if nothing reaches its chips from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Prospect {
-    /// It stands, and until this time all that its chips tell stays as it is.
+    /// The axis stands, and until this time all that its chips tell stays as it is.
     Rests(Nanos),
-    /// It turns at a constant speed.
+    /// The axis turns at a constant speed.
     Turns {
         /// The number of steps that it goes on so at least.
         steps: u64,
@@ -34,7 +34,7 @@ pub(super) enum Prospect {
     Changes,
 }
 
-/// What can be seen of the chips of an axis from outside.
+/// Values of the chips of an axis that can be seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Observed {
     /// The position in the motion controller, in microsteps.
@@ -61,14 +61,14 @@ pub(super) trait MotionChips {
     fn next_pressing(&mut self, _axes: &mut [Axis]) -> Nanos {
         self.next_due()
     }
-    /// Whether a datagram to a chip that begins with `first` does and tells the same, whether steps that change nothing but
-    /// positions have been made or not.
+    /// Whether a datagram to a chip that begins with `first` does and tells the same, whether steps that change nothing
+    /// but positions have been made or not.
     fn ignores_steps(&self, _chip: Chip, _first: u8) -> bool {
         false
     }
-    /// They are without power from now on.
+    /// Takes the power from the chips, from now on.
     fn power_off(&mut self);
-    /// They have power again, and start from their reset states.
+    /// Gives the chips power again: they start from their reset states.
     fn power_on(&mut self, now: Nanos, axes: &mut [Axis]);
     /// Sets the level of the pin that disables all drivers.
     fn set_disable_pin(&mut self, high: bool);
@@ -84,7 +84,7 @@ pub(super) trait MotionChips {
     fn deafness(&mut self, chip: Chip) -> Option<&mut bool>;
     /// Injects or removes a fault of the chips of an axis, other than deafness. Others change nothing.
     fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool, now: Nanos);
-    /// What can be seen of an axis at a time.
+    /// Gives what can be seen of an axis at a time.
     fn observe(&self, number: usize, axis: &Axis, now: Nanos) -> Observed;
     /// How an axis goes on from now.
     fn prospect(&self, number: usize, now: Nanos) -> Prospect;

@@ -82,7 +82,8 @@ pub struct SimSpi {
     byte: (Nanos, u64),
 }
 
-/// The clocks of one transaction. Parts of nanoseconds are kept, so that no rounding adds up and no byte needs a division.
+/// The clocks of one transaction. Parts of nanoseconds are kept, so that no rounding adds up and no byte needs a
+/// division.
 struct Clocks<'a> {
     board: &'a mut Board,
     spi: &'a SimSpi,
@@ -93,9 +94,9 @@ struct Clocks<'a> {
 }
 
 impl Clocks<'_> {
-    /// Exchanges bytes with the chip. What a chip on the motion bus answers is settled with the first byte, which has the
-    /// register; the others it only shifts until its chip select rises, so all of them are exchanged at the end of the first.
-    /// The EEPROM is asked byte by byte.
+    /// Exchanges bytes with the chip. The answer of a chip on the motion bus is settled with the first byte, which has
+    /// the register. The chip only shifts the other bytes until its chip select rises, so all of them are exchanged at
+    /// the end of the first. The EEPROM is asked byte by byte.
     fn bytes(&mut self, bytes: &mut [u8]) {
         if self.spi.chip == Chip::At25 {
             bytes.chunks_mut(1).for_each(|byte| self.together(byte));

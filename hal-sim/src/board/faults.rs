@@ -4,8 +4,8 @@ use super::{Board, Chip};
 use crate::fault::{CanState, Fault};
 
 impl Board {
-    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of an axis. A fault of what the
-    /// board does not have changes nothing.
+    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of an axis. A fault of what
+    /// the board does not have changes nothing.
     pub fn set_fault(&mut self, fault: Fault, axis: usize, on: bool) {
         match fault {
             Fault::Eeprom => self.at25.set_answering(!on),
@@ -23,7 +23,7 @@ impl Board {
         self.connect();
     }
 
-    /// What has become of the CAN controller.
+    /// The state of the CAN controller.
     pub fn can(&self) -> CanState {
         self.can
     }

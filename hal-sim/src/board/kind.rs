@@ -20,7 +20,7 @@ pub enum Chip {
     At25,
 }
 
-/// What moves the motors of a board.
+/// The chips that move the motors of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionChips {
     /// TMC429s, and a TMC262 for each axis. The axes of the second TMC429 are numbered after those of the first.
@@ -34,11 +34,11 @@ pub enum MotionChips {
 pub struct BoardKind {
     /// The product's name.
     pub name: &'static str,
-    /// What moves the motors.
+    /// The chips that move the motors.
     pub motion: MotionChips,
     /// The number of axes of each motion controller: 1..=3 for a TMC429, 1 for a TMC5160.
     pub controllers: &'static [usize],
-    /// What is connected to the digital inputs, IN0 first; 32 at most, of which at most [`MOST_ANALOG`] are analog.
+    /// The connections of the digital inputs, IN0 first; 32 at most, of which at most [`MOST_ANALOG`] are analog.
     pub inputs: &'static [Input],
     /// The number that the ENABLE input has among the digital inputs, beyond those of `inputs` and 31 at most.
     pub enable_input: Option<usize>,
@@ -56,7 +56,7 @@ pub struct BoardKind {
     pub eeprom: Part,
 }
 
-/// What a digital input is connected to.
+/// The connection of a digital input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// Nothing: the level is set by hand.
@@ -98,8 +98,8 @@ impl BoardKind {
         number < self.inputs.len() || self.enable_input == Some(number)
     }
 
-    /// The number of the motion controller that moves an axis, and the number of the axis' motor there; `None` if the board has no
-    /// such axis.
+    /// The number of the motion controller that moves an axis, and the number of the axis' motor there; `None` if the
+    /// board has no such axis.
     pub fn motor(&self, axis: usize) -> Option<(usize, usize)> {
         let mut first = 0;
         for (controller, &axes) in self.controllers.iter().enumerate() {

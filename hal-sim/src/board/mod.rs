@@ -40,7 +40,7 @@ use motion::Motion;
 use tmc429_tmc262::Tmc429sTmc262s;
 use tmc5160::Tmc5160s;
 
-/// What the microcontroller can read without SPI of the board as a whole.
+/// The inputs of the board as a whole that the microcontroller can read without SPI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs {
     /// The digital inputs: bit n is INn. The input of a normally open switch is high while the switch is pressed.
@@ -53,7 +53,7 @@ pub struct Inputs {
     pub temperature: i32,
 }
 
-/// What the microcontroller can read of one axis without SPI.
+/// The inputs of one axis that the microcontroller can read without SPI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisInputs {
     /// The level of the home switch, for which the TMC429 has no input; high is pressed, if the switch is normally
@@ -77,8 +77,8 @@ pub struct Board {
     /// Until this time nothing happens by itself, so chips and world need not be looked at; 0 after a change from
     /// outside.
     due: Nanos,
-    /// Steps of motors that change nothing but positions are due and have not been made yet; until this time nothing else
-    /// happens by itself. `None` if chips and world are at the present.
+    /// Steps of motors that change nothing but positions are due and have not been made yet; until this time nothing
+    /// else happens by itself. `None` if chips and world are at the present.
     behind: Option<Nanos>,
     powered: bool,
     motion: Motion,
@@ -162,8 +162,9 @@ impl Board {
         }
     }
 
-    /// Lets time pass until `to`, but steps that change nothing but positions wait until somebody [looks](Self::catch_up): a
-    /// motor that turns at a constant speed makes up to 61 in a millisecond, and most of them are nobody's business.
+    /// Lets time pass until `to`, but steps that change nothing but positions wait until somebody
+    /// [looks](Self::catch_up). A motor that turns at a constant speed makes up to 61 in a millisecond, and most of
+    /// them are nobody's business.
     #[inline]
     fn pass_to(&mut self, to: Nanos) {
         if to > self.now {
@@ -274,7 +275,7 @@ impl Board {
         }
     }
 
-    /// What the microcontroller can read without SPI of the board as a whole.
+    /// Gives the inputs of the board as a whole that the microcontroller can read without SPI.
     pub fn inputs(&self) -> Inputs {
         Inputs {
             digital: self.world.inputs(),
@@ -284,7 +285,7 @@ impl Board {
         }
     }
 
-    /// What the microcontroller can read of an axis, which the board has to have, without SPI.
+    /// Gives the inputs of an axis that the microcontroller can read without SPI. The board has to have the axis.
     pub fn axis_inputs(&self, axis: usize) -> AxisInputs {
         let world = self.world.axis(axis);
         AxisInputs {
@@ -322,7 +323,7 @@ impl Board {
         result
     }
 
-    /// What can be seen of the chips of an axis, which the board has to have.
+    /// Gives what can be seen of the chips of an axis, which the board has to have.
     pub fn observe(&self, axis: usize) -> Observed {
         let observed = self.motion.chips().observe(axis, self.world.axis(axis), self.now);
         // A chip without power has no speed, whatever its register held.

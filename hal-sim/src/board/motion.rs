@@ -1,4 +1,4 @@
-//! What moves the motors of a board: one set of chips or another.
+//! The chips that move the motors of a board: one set or another.
 
 use super::chips::MotionChips;
 use super::kind::Chip;

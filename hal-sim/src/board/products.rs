@@ -19,8 +19,8 @@ pub static TMCM_1140: BoardKind = BoardKind {
     eeprom: AT25128,
 };
 
-/// The TMCM-1110: one axis on one TMC429, with pins for an ABN encoder. IN0 is the analog input; the stop switches and the
-/// home switch have pins of their own. Its full current is that without jumpers; its EEPROM is not published.
+/// The TMCM-1110: one axis on one TMC429, with pins for an ABN encoder. IN0 is the analog input; the stop switches and
+/// the home switch have pins of their own. Its full current is that without jumpers; its EEPROM is not published.
 pub static TMCM_1110: BoardKind = BoardKind {
     name: "TMCM-1110",
     inputs: &[Input::Analog, Input::Free, Input::Free, Input::Free],
@@ -32,8 +32,8 @@ pub static TMCM_1110: BoardKind = BoardKind {
     ..TMCM_1140
 };
 
-/// The TMCM-6110: six axes on two TMC429s, without encoders. Switches, also home switches, have pins of their own; IN0 and
-/// IN4 are the analog inputs. Its EEPROM is not published.
+/// The TMCM-6110: six axes on two TMC429s, without encoders. Switches, also home switches, have pins of their own; IN0
+/// and IN4 are the analog inputs. Its EEPROM is not published.
 pub static TMCM_6110: BoardKind = BoardKind {
     name: "TMCM-6110",
     motion: MotionChips::Tmc429Tmc262,
@@ -57,8 +57,8 @@ pub static TMCM_6110: BoardKind = BoardKind {
     eeprom: AT25256,
 };
 
-/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder. Its full current is the one that TMCM-Lib, which
-/// was written for it, reckons with.
+/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder. Its full current is the one that
+/// TMCM-Lib, which was written for it, reckons with.
 pub static TMCM_3110: BoardKind = BoardKind {
     name: "TMCM-3110",
     controllers: &[3],
@@ -101,7 +101,8 @@ mod pins {
         /// All boards whose pins are known.
         pub const ALL: [&Self; 3] = [&Self::TMCM_1140, &Self::TMCM_6110, &Self::TMCM_3212];
 
-        /// What the boards share: the pins of ports, LEDs and pads. A board with another one has it in its own entry.
+        /// The pins that the boards share: those of ports, LEDs and pads. A board with another one has it in its own
+        /// entry.
         const SHARED: Self = Self {
             kind: &TMCM_1140,
             selects: &[],
@@ -126,8 +127,9 @@ mod pins {
             supply_full_scale: 363,
         };
 
-        /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the digital ones is
-        /// a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a divider by eleven.
+        /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the
+        /// digital ones is a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a
+        /// divider by eleven.
         pub const TMCM_1140: Self = Self {
             selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
             outputs: &[(D, 10), (D, 11)],
@@ -162,7 +164,8 @@ mod pins {
             ..Self::SHARED
         };
 
-        /// A board for the TMCM-3212, whose pins are a choice of the firmware's as well. The home switches are not at the chips.
+        /// A board for the TMCM-3212, whose pins are a choice of the firmware's as well. The home switches are not at
+        /// the chips.
         pub const TMCM_3212: Self = Self {
             kind: &TMCM_3212,
             selects: &[

@@ -40,8 +40,8 @@ fn tmc262(board: &SharedBoard, word: u32) -> u32 {
 }
 
 /// A board whose driver is on at full current, with 256 microsteps and SGT 13, and whose TMC429 stands in velocity
-/// mode.
-/// A motor whose reading is zero where it stalls at SGT 13, which is that of [`set_up`], and which loses nothing by its speed.
+/// mode. A motor whose reading is zero where it stalls at SGT 13, which is that of [`set_up`], and which loses nothing
+/// by its speed.
 const STIFF: &str = "[motor]\nstall_guard_zero = 13\ninductance = 0\n";
 
 fn start(config: &str) -> SharedBoard {
@@ -108,8 +108,9 @@ fn some_time(random: &mut Random) -> Nanos {
     Nanos::from(random.below(MILLISECOND as u32) << scale)
 }
 
-/// A recording of the rotor is told each step. Without one steps are made at once, and the board is the same afterwards, to
-/// the nanosecond: with switches, hard ends, loads, a coolStep that changes the current, coarse and fine microsteps.
+/// A recording of the rotor is told each step. Without one steps are made at once, and the board is the same
+/// afterwards, to the nanosecond. So it is with switches, hard ends, loads, a coolStep that changes the current, coarse
+/// and fine microsteps.
 #[test]
 fn steps_may_be_made_at_once() {
     for seed in 0..30 {
@@ -133,8 +134,8 @@ fn steps_may_be_made_at_once() {
     }
 }
 
-/// While nobody looks at positions, steps wait. Whoever asks for registers in between gets the same answers as from a board
-/// that is looked at all the time, and at the end both boards are the same.
+/// While nobody looks at positions, steps wait. Whoever asks for registers in between gets the same answers as from a
+/// board that is looked at all the time, and at the end both boards are the same.
 #[test]
 fn steps_may_wait_until_somebody_looks() {
     for seed in 0..30 {
@@ -178,7 +179,8 @@ fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
     let board = start("");
     let mut count = board.borrow().datagrams(Chip::Tmc429(0));
     let mut spi = board.spi(Chip::Tmc429(0), 1_312_500);
-    // A bit at 1.3125 MHz takes 761.904 762 ns: 32 of them 24 380.952, 40 of them 30 476.190 and 160 of them 121 904.762.
+    // A bit at 1.3125 MHz takes 761.904 762 ns: 32 of them 24 380.952, 40 of them 30 476.190 and 160 of them 121
+    // 904.762.
     for (bytes, wire) in [(4, 24_380), (5, 30_476), (20, 121_904)] {
         let before = board.borrow().now();
         spi.transfer_in_place(&mut vec![0; bytes]).unwrap();
@@ -190,8 +192,9 @@ fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
     assert_eq!(board.borrow().datagrams(Chip::At25), 0);
 }
 
-/// A TMC429 in power-down stands still and is woken by its chip select (datasheet section 8.2.4.3). At 16 MHz, divisor 0 and
-/// V_ACTUAL 2047 it makes 499 756 steps/s. X_ACTUAL is read with the first byte, 8.25 us after the select: four steps later.
+/// A TMC429 in power-down stands still and is woken by its chip select (datasheet section 8.2.4.3). At 16 MHz, divisor
+/// 0 and V_ACTUAL 2047 it makes 499 756 steps/s. X_ACTUAL is read with the first byte, 8.25 us after the select: four
+/// steps later.
 #[test]
 fn a_tmc429_that_a_select_wakes_up_steps_in_the_same_datagram() {
     let board = start("");

@@ -1,5 +1,5 @@
-//! TMC429s, each with up to three motors, and a TMC262 for each motor: the TMC429 steps the TMC262, whose field turns the
-//! motor; the stop switches of the axis are at the reference inputs of that motor.
+//! TMC429s, each with up to three motors, and a TMC262 for each motor. The TMC429 steps the TMC262, whose field turns
+//! the motor. The stop switches of the axis are at the reference inputs of that motor.
 
 use super::chips::{MotionChips, Observed, Prospect, Surroundings};
 use super::kind::{BoardKind, Chip};

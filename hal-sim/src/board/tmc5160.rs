@@ -1,5 +1,5 @@
-//! A TMC5160 for each motor: stop switches and ABN encoder of the axis are at its own inputs. The drivers' enable pin and
-//! the clock are common to all.
+//! A TMC5160 for each motor: stop switches and ABN encoder of the axis are at its own inputs. The drivers' enable pin
+//! and the clock are common to all.
 
 use super::chips::{MotionChips, Observed, Prospect, Surroundings};
 use super::kind::{BoardKind, Chip};
@@ -36,7 +36,7 @@ struct Drive {
 /// A motor with what it drives, at the coils and inputs of a chip.
 struct Motor<'a>(&'a mut Axis);
 
-/// What the chip of an axis finds at its inputs.
+/// Gives what the chip of an axis finds at its inputs.
 #[inline]
 fn sensed(axis: &Axis) -> Sensed {
     Sensed { left: axis.level(Pin::Left), right: axis.level(Pin::Right), count: axis.stage().abn().count }

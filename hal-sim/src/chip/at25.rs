@@ -1,14 +1,14 @@
 //! The EEPROM: an AT25128, 16 384 bytes behind SPI, written in pages of 64 bytes, or one of its larger sisters.
 //!
-//! From the datasheet: every write must be preceded by WREN; a WRITE of more bytes than the page holds
-//! wraps around within the page; the internal write cycle starts when chip select rises after at least one
-//! data byte, takes up to 5 ms (this model always takes all of it), and until it ends only RDSR is
-//! answered - with all ones. The write enable latch falls when the cycle ends. READ goes on through the
-//! whole memory and rolls over at its end. BP1/BP0 protect the upper quarter, half or all of the memory.
-//! The write-protect pin is taken as tied high, so that WPEN is stored and has no effect.
+//! From the datasheet: every write must be preceded by WREN. A WRITE of more bytes than the page holds wraps around
+//! within the page. The internal write cycle starts when chip select rises after at least one data byte, and takes up
+//! to 5 ms (this model always takes all of it). Until it ends only RDSR is answered - with all ones. The write enable
+//! latch falls when the cycle ends. READ goes on through the whole memory and rolls over at its end. BP1/BP0 protect
+//! the upper quarter, half or all of the memory. The write-protect pin is taken as tied high, so that WPEN is stored
+//! and has no effect.
 //!
-//! A power cut during a write cycle tears the whole page: each of its bytes is left old, new or erased,
-//! at random but reproducibly, because the part erases and programs a page as a whole.
+//! A power cut during a write cycle tears the whole page, because the part erases and programs a page as a whole. Each
+//! of its bytes is left old, new or erased, at random but reproducibly.
 
 use core::fmt;
 use core::ops::Range;
@@ -17,7 +17,7 @@ use super::SpiSlave;
 use crate::clock::{MILLISECOND, Nanos};
 use crate::random::Random;
 
-/// What distinguishes the parts of the family. All of them are addressed by two bytes.
+/// The properties that distinguish the parts of the family. All of them are addressed by two bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Size of the memory in bytes, a power of two up to 65 536.

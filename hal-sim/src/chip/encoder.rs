@@ -18,15 +18,15 @@ pub struct MagneticEncoder {
 }
 
 impl MagneticEncoder {
-    /// A sensor on a motor with `units_per_turn` rotor units (1/256 of a full step) in a turn. `offset`,
-    /// in the same units, is where on the rotor's scale the sensor reads zero. Its readings are off by up to `noise` counts, as
+    /// A sensor on a motor with `units_per_turn` rotor units (1/256 of a full step) in a turn. `offset`, in the same
+    /// units, is where on the rotor's scale the sensor reads zero. Its readings are off by up to `noise` counts, as
     /// `seed` has it.
     pub fn new(units_per_turn: i64, offset: i64, noise: u32, seed: u64) -> Self {
         Self { units_per_turn: units_per_turn.max(1), offset, noise, seed, stuck: None }
     }
 
-    /// The sensor's reading at a time, 0..=1023, with the rotor at `rotor` (1/256 full steps, any number of turns). It depends on
-    /// nothing else, so that nobody who looks changes what another one sees.
+    /// The sensor's reading at a time, 0..=1023, with the rotor at `rotor` (1/256 full steps, any number of turns). It
+    /// depends on nothing else, so that nobody who looks changes what another one sees.
     pub fn position(&self, rotor: i64, now: Nanos) -> u16 {
         self.stuck.unwrap_or_else(|| self.angle(rotor, now))
     }

@@ -18,18 +18,18 @@ const SGT_SPAN: i64 = 64;
 /// With SFILT there is one reading for this many full steps, of the mean of their loads.
 const FILTERED: u32 = 4;
 
-/// What stallGuard2 makes of the load on a motor. By the datasheet both the matched threshold and the slope are properties
-/// of motor, current and speed, not of the chip, and the user finds them by experiment: SGT makes up for what is lost in
-/// the resistance of the coils, and the reading lives on the back-EMF, of which a slow motor has little (TMC5160
-/// datasheet, sections 13.1 and 13.5).
+/// The response of stallGuard2 to the load on a motor. By the datasheet both the matched threshold and the slope are
+/// properties of motor, current and speed, not of the chip, and the user finds them by experiment. SGT makes up for
+/// what is lost in the resistance of the coils. The reading lives on the back-EMF, of which a slow motor has little
+/// (TMC5160 datasheet, sections 13.1 and 13.5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Response {
     /// The SGT at which the reading is zero exactly where the motor stalls, -64..=63.
     pub zero: i32,
     /// Contribution of the whole torque reserve to the reading, 1..=1023.
     pub span: u32,
-    /// Speed in full steps per second below which the back-EMF, and with it the span, falls in proportion to the speed; 0
-    /// for a motor that has the whole span at any speed.
+    /// Speed in full steps per second below which the back-EMF, and with it the span, falls in proportion to the speed.
+    /// It is 0 for a motor that has the whole span at any speed.
     pub speed: u32,
     /// Amplitude of the noise on the reading, 0..=1023.
     pub noise: u32,
@@ -58,10 +58,10 @@ pub(super) struct Threshold {
     pub(super) filtered: bool,
 }
 
-/// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `span x (1 - l) + 64 x
-/// (SGT - zero)` with noise, held within 0..=1023. With the usual [`Response`] and at SGT 5, which is the
-/// default of the firmware and the value that application note AN016 uses, it is 512 for the free motor and zero exactly where
-/// the motor stalls, and 64 more for each unit of SGT above.
+/// The measurement stallGuard2. The load ratio l is 0 for a free motor, and 1 stalls it. The reading is `span x (1 -
+/// l) + 64 x (SGT - zero)` with noise, held within 0..=1023. With the usual [`Response`] and at SGT 5 it is 512 for the
+/// free motor and zero exactly where the motor stalls. SGT 5 is the default of the firmware and the value that
+/// application note AN016 uses. Each unit of SGT above adds 64.
 #[derive(Clone, Debug)]
 pub(super) struct StallGuard {
     value: u16,
@@ -119,9 +119,9 @@ impl StallGuard {
     }
 }
 
-/// coolStep: with SEMIN > 0 a reading below SEMIN x 32 raises the current scale by SEUP's step, and as many
-/// readings of at least (SEMIN + SEMAX + 1) x 32 as SEDN says lower it by one, between CS and the half or
-/// quarter of CS that SEIMIN selects (rounded down).
+/// coolStep: with SEMIN > 0 a reading below SEMIN x 32 raises the current scale by SEUP's step. As many readings of at
+/// least (SEMIN + SEMAX + 1) x 32 as SEDN says lower it by one. The scale stays between CS and the half or quarter of
+/// CS that SEIMIN selects (rounded down).
 ///
 /// `control` are the 16 low bits of SMARTEN or COOLCONF, which are alike; `full` is CS or IRUN.
 #[derive(Clone, Debug, Default)]

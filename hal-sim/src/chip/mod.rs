@@ -26,12 +26,12 @@ pub trait SpiSlave {
     fn deselect(&mut self, now: Nanos);
 }
 
-/// What is connected to the step/direction outputs and the reference switch inputs of the TMC429.
+/// The drivers and switches at the step/direction outputs and the reference switch inputs of the TMC429.
 pub trait StepDir {
-    /// Motor `motor` (0..=2) gets one step pulse at `at`; `up` is true when the position counter counts up
-    /// (the direction pin's inversion by `inv_dir` is already applied to `dir_pin`).
-    /// Returns the levels of the six reference switch pins after the step, in the order of the chip's
-    /// REFERENCE_SWITCHES register: bit 0 REFR1, 1 REFL1, 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
+    /// Motor `motor` (0..=2) gets one step pulse at `at`; `up` is true when the position counter counts up (the
+    /// direction pin's inversion by `inv_dir` is already applied to `dir_pin`). Returns the levels of the six reference
+    /// switch pins after the step. Their order is that of the chip's REFERENCE_SWITCHES register: bit 0 REFR1, 1 REFL1,
+    /// 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
     fn step(&mut self, at: Nanos, motor: usize, dir_pin: bool) -> u8;
     /// How many steps in this direction would change nothing but positions, neither a switch nor a current nor a
     /// measurement: these need not be told one by one. 0 if each step is to be told.
@@ -52,7 +52,7 @@ pub struct Tracks {
     pub n: bool,
 }
 
-/// What a chip that drives a motor by itself finds at its inputs.
+/// The inputs of a chip that drives a motor by itself, as the chip finds them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sensed {
     /// The level at REFL.
@@ -63,12 +63,13 @@ pub struct Sensed {
     pub count: i64,
 }
 
-/// What is connected to the coils and the inputs of a TMC5160: a motor, with what it drives.
+/// The mechanics at the coils and the inputs of a TMC5160: a motor, with what it drives.
 pub trait Mechanics {
     /// The field of the coils has moved to `field`, in 1/256 full steps, at `at`. Returns the inputs after that.
     fn turn(&mut self, at: Nanos, field: i64) -> Sensed;
-    /// How far the field may move up or down, in 1/256 full steps, before anything but the motor's position changes;
-    /// 0 if the motor is to be told of each step. Steps on this way need not be told, but for the last one.
+    /// How far the field may move up or down, in 1/256 full steps, before anything but the motor's position changes.
+    /// The value is 0 if the motor is to be told of each step. Steps on this way need not be told, but for the last
+    /// one.
     fn free_way(&self, up: bool) -> i64;
     /// The current that makes torque is now `current`, in 1/32 of the full current; 0 with the bridges off.
     fn energise(&mut self, current: u32);

@@ -21,17 +21,17 @@ pub enum Control {
     Press {
         /// Of which axis.
         axis: usize,
-        /// Which switch.
+        /// The switch.
         pin: Pin,
         /// Pressed or released.
         pressed: bool,
     },
-    /// `input N 0|1`: level of a digital input; where a switch is connected, that is pressed or released, and an analog input
-    /// goes to an end of its range.
+    /// `input N 0|1`: level of a digital input; where a switch is connected, that is pressed or released, and an analog
+    /// input goes to an end of its range.
     Input {
         /// Number of the input.
         number: usize,
-        /// Its level.
+        /// The level of the input.
         high: bool,
     },
     /// `analog N VALUE`: reading of an analog input.
@@ -61,7 +61,7 @@ pub enum Control {
     },
     /// `slip STEPS [AXIS]`: a blow moves a rotor by full steps.
     Slip {
-        /// That of which axis.
+        /// The axis of the rotor.
         axis: usize,
         /// -1000000..=1000000.
         full_steps: i64,
@@ -70,20 +70,20 @@ pub enum Control {
     Fault {
         /// Of which axis it is; 0 where it is one of the whole board.
         axis: usize,
-        /// Which fault.
+        /// The fault.
         fault: Fault,
         /// Injected or removed.
         on: bool,
     },
-    /// `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`: no link is part of the board, so this is for
-    /// the owner alone.
+    /// `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`: no link is part of the board, so this
+    /// is for the owner alone.
     Reply {
-        /// What becomes of replies.
+        /// The fault of the replies.
         fault: ReplyFault,
     },
     /// `can passive|off|on`: the owner also has to tell its bus, and what runs on the board.
     Can {
-        /// What becomes of the CAN controller.
+        /// The state that the CAN controller gets into.
         state: CanState,
     },
     /// `power off|on`: the owner also has to restart what runs on the board.

@@ -1,4 +1,5 @@
-//! Faults of the replies of a module on their way to the hosts. No board knows them: they are for the owner of the links.
+//! Faults of the replies of a module on their way to the hosts. No board knows them: they are for the owner of the
+//! links.
 
 use super::number_within;
 use super::time::leading_span;

@@ -1,11 +1,11 @@
-//! What the control protocol tells of a board.
+//! The state of a board, as the control protocol tells it.
 
 use crate::board::Board;
 use crate::fault::CanState;
 use crate::world::pin::Pin;
 use serde::Serialize;
 
-/// What `state` tells of a board.
+/// The state of a board, as `state` tells it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct State {
     /// Virtual time in microseconds.
@@ -42,7 +42,7 @@ pub struct State {
     pub axes: Vec<AxisState>,
 }
 
-/// What `state` tells of an axis.
+/// The state of an axis, as `state` tells it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisState {
     /// The position in the motion controller, X_ACTUAL or XACTUAL, in microsteps.

@@ -1,4 +1,5 @@
-//! Spans of time as people write them: `20 ms`, `1.5 s`, `500us`. The control protocol and the scenario files share them.
+//! Spans of time as people write them: `20 ms`, `1.5 s`, `500us`. The control protocol and the scenario files share
+//! them.
 
 use crate::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 

@@ -1,5 +1,5 @@
-//! What there is to be touched in the world of a board, each with the lines of the control port that do it: for somebody who has
-//! hands, or a page with buttons.
+//! Objects in the world of a board that can be touched, each with the lines of the control port that do it. They are
+//! for somebody who has hands, or a page with buttons.
 
 use super::{Control, HIGHEST_INPUT};
 use crate::board::BoardKind;
@@ -11,7 +11,7 @@ use crate::world::ANALOG_MAX;
 pub struct Touchable {
     /// The axis whose it is; none for what is of the whole board.
     pub axis: Option<usize>,
-    /// What it is.
+    /// The name of the object.
     pub name: String,
     /// How it is touched.
     pub how: Touch,
@@ -22,14 +22,14 @@ pub struct Touchable {
 /// How something is touched: by which lines.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Touch {
-    /// It is on or off.
+    /// The object is on or off.
     Switch {
         /// Switches it on.
         on: String,
         /// Switches it off.
         off: String,
     },
-    /// It has a number, which stands in the line between `before` and `behind`.
+    /// The object has a number, which stands in the line between `before` and `behind`.
     Number {
         /// The line before the number.
         before: String,
@@ -41,12 +41,13 @@ pub enum Touch {
         greatest: f64,
         /// Numbers are multiples of it.
         step: f64,
-        /// Its unit; empty if it has none.
+        /// The unit of the number; empty if it has none.
         unit: &'static str,
         /// A blow: the number is no state, but something that happens.
         once: bool,
     },
-    /// It is in one of several states: the name of each, and the line for it, in the order of their numbers from 0 on.
+    /// The object is in one of several states: the name of each, and the line for it, in the order of their numbers
+    /// from 0 on.
     Choice(Vec<(&'static str, String)>),
 }
 

@@ -1,15 +1,14 @@
-//! What stands between the core and its flash memory: wait states, and the accelerator that makes up for most of them
-//! (RM0090 3.5).
+//! Wait states between the core and its flash memory, and the accelerator that makes up for most of them (RM0090 3.5).
 //!
 //! A read of the flash memory gives a line of 128 bits after the wait states. The line with the last instruction is
 //! kept; with prefetch on, the next one is read meanwhile. Instructions come without delay from these two and from a
-//! cache of 64 lines, to which each line goes that had to be waited for; data of the program, as literals, come from a
+//! cache of 64 lines, to which each line goes that had to be waited for. Data of the program, as literals, come from a
 //! cache of 8 lines. When a cache is full, the line goes that has not been used for the longest time.
 //!
-//! Left out are: the core's own prefetch of instructions, and that it reads a branch's target before the branch is
-//! decided; reads of instructions and data that get in each other's way, and in that of the DMA; a prefetch that cannot
-//! be given up; vectors, which are read while registers are saved; loops that wait for a register and are passed over,
-//! which do not stall in all rounds but their first.
+//! Left out are the core's own prefetch of instructions, and that it reads a branch's target before the branch is
+//! decided. Reads of instructions and data do not get in each other's way, nor in that of the DMA. Left out are also a
+//! prefetch that cannot be given up, and vectors, which are read while registers are saved. Loops that wait for a
+//! register and are passed over stall in their first round only.
 
 use std::array;
 
@@ -35,14 +34,14 @@ pub(super) struct Setup {
     pub(super) emptied: [u32; 2],
 }
 
-/// A cache. Nothing in it is searched for: a program goes to another line every few instructions, and looking through 64
-/// places took a tenth of the emulator's time.
+/// A cache. Nothing in it is searched for: a program goes to another line every few instructions, and looking through
+/// 64 places took a tenth of the emulator's time.
 #[derive(Debug)]
 struct Cache<const LINES: usize> {
     /// The number of the line in each place.
     lines: [u32; LINES],
-    /// The place that was used next after each, and the one before it: a ring, in which the one used the longest time ago
-    /// comes after the one used last.
+    /// The place that was used next after each, and the one before it: a ring, in which the one used the longest time
+    /// ago comes after the one used last.
     newer: [u8; LINES],
     older: [u8; LINES],
     last: u8,

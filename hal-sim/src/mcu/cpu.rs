@@ -148,7 +148,7 @@ impl Cpu {
         self.core.idle(span)
     }
 
-    /// What an observer sees of it.
+    /// Gives what an observer sees of the core.
     pub(super) fn view(&self) -> View {
         self.core.view()
     }

@@ -5,7 +5,7 @@
 //! ([`Dma::items`]) and moves an item with [`Dma::step`].
 
 use super::peripheral::{Access, Peripheral, Refusal, bit, field};
-use super::unit::Unit;
+use super::unit::PeripheralName;
 
 const LISR: u32 = 0x00;
 const HISR: u32 = 0x04;
@@ -35,29 +35,29 @@ const TCIE: u32 = 4;
 /// Where the flags of streams 0 to 3, and 4 to 7, begin in their register.
 const PLACES: [u32; 4] = [0, 6, 16, 22];
 
-/// Which peripheral asks for data at a stream (tables 42 and 43), by controller, stream and channel; true is towards
-/// the peripheral. The peripherals that are not modelled are not in it.
-const REQUESTS: [(usize, usize, u32, Unit, bool); 20] = [
-    (0, 0, 0, Unit::Spi3, false),
-    (0, 2, 0, Unit::Spi3, false),
-    (0, 5, 0, Unit::Spi3, true),
-    (0, 7, 0, Unit::Spi3, true),
-    (0, 3, 0, Unit::Spi2, false),
-    (0, 4, 0, Unit::Spi2, true),
-    (0, 1, 4, Unit::Usart3, false),
-    (0, 3, 4, Unit::Usart3, true),
-    (0, 4, 7, Unit::Usart3, true),
-    (0, 5, 4, Unit::Usart2, false),
-    (0, 6, 4, Unit::Usart2, true),
-    (1, 0, 0, Unit::Adc1, false),
-    (1, 4, 0, Unit::Adc1, false),
-    (1, 0, 3, Unit::Spi1, false),
-    (1, 2, 3, Unit::Spi1, false),
-    (1, 3, 3, Unit::Spi1, true),
-    (1, 5, 3, Unit::Spi1, true),
-    (1, 2, 4, Unit::Usart1, false),
-    (1, 5, 4, Unit::Usart1, false),
-    (1, 7, 4, Unit::Usart1, true),
+/// The peripherals that ask for data at a stream (tables 42 and 43), by controller, stream and channel; true is towards
+/// the peripheral. The peripherals that are not modelled are not among them.
+const REQUESTS: [(usize, usize, u32, PeripheralName, bool); 20] = [
+    (0, 0, 0, PeripheralName::Spi3, false),
+    (0, 2, 0, PeripheralName::Spi3, false),
+    (0, 5, 0, PeripheralName::Spi3, true),
+    (0, 7, 0, PeripheralName::Spi3, true),
+    (0, 3, 0, PeripheralName::Spi2, false),
+    (0, 4, 0, PeripheralName::Spi2, true),
+    (0, 1, 4, PeripheralName::Usart3, false),
+    (0, 3, 4, PeripheralName::Usart3, true),
+    (0, 4, 7, PeripheralName::Usart3, true),
+    (0, 5, 4, PeripheralName::Usart2, false),
+    (0, 6, 4, PeripheralName::Usart2, true),
+    (1, 0, 0, PeripheralName::Adc1, false),
+    (1, 4, 0, PeripheralName::Adc1, false),
+    (1, 0, 3, PeripheralName::Spi1, false),
+    (1, 2, 3, PeripheralName::Spi1, false),
+    (1, 3, 3, PeripheralName::Spi1, true),
+    (1, 5, 3, PeripheralName::Spi1, true),
+    (1, 2, 4, PeripheralName::Usart1, false),
+    (1, 5, 4, PeripheralName::Usart1, false),
+    (1, 7, 4, PeripheralName::Usart1, true),
 ];
 
 /// A stream.
@@ -89,14 +89,14 @@ pub(super) struct Item {
     /// The stream it belongs to.
     pub(super) stream: usize,
     /// The peripheral that asks for it.
-    pub(super) unit: Unit,
+    pub(super) unit: PeripheralName,
     /// Whether it goes to the peripheral.
     pub(super) transmit: bool,
     /// Address of the data register.
     pub(super) register: u32,
     /// Address in memory.
     pub(super) memory: u32,
-    /// Its bytes in memory: 1, 2 or 4.
+    /// Bytes of the item in memory: 1, 2 or 4.
     pub(super) bytes: usize,
 }
 
@@ -141,8 +141,8 @@ impl Dma {
         }
     }
 
-    /// What asks for data at stream `index` with these settings, if the direction is right.
-    fn request(&self, index: usize, cr: u32) -> Option<(Unit, bool)> {
+    /// Finds the peripheral that asks for data at stream `index` with these settings, if the direction is right.
+    fn request(&self, index: usize, cr: u32) -> Option<(PeripheralName, bool)> {
         let (channel, transmit) = (field(cr, 25, 3), field(cr, 6, 2) == 1);
         let entry = (self.index, index, channel);
         REQUESTS
@@ -269,7 +269,7 @@ mod tests {
         for round in 0..2 {
             for n in 0..4 {
                 let item = dma.items().next().unwrap();
-                assert_eq!((item.unit, item.memory, item.bytes), (Unit::Usart3, 0x2000_0100 + n, 1));
+                assert_eq!((item.unit, item.memory, item.bytes), (PeripheralName::Usart3, 0x2000_0100 + n, 1));
                 dma.step(1);
                 let flags = dma.read(LISR).unwrap() >> 6;
                 assert_eq!(flags & HTIF != 0, n >= 1 || round > 0);

@@ -12,7 +12,7 @@ const FLASH_MEMORY: core::ops::Range<u32> = FLASH..FLASH + FLASH_SIZE as u32;
 const RAM: core::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 const ERASED: u8 = 0xFF;
 
-/// What the machine needs to know of an image.
+/// An image, as far as the machine needs to know it.
 #[derive(Debug)]
 pub(super) struct Image {
     /// Contents of the flash memory.
@@ -61,8 +61,8 @@ impl Image {
     }
 }
 
-/// How the name of a symbol goes on that begins with `start`; `None` without such a symbol. A firmware can tell so what it
-/// is.
+/// How the name of a symbol goes on that begins with `start`; `None` without such a symbol. A firmware can tell so what
+/// it is.
 ///
 /// # Errors
 /// The file is no image for the microcontroller.

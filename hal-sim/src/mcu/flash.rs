@@ -47,7 +47,7 @@ impl Flash {
         self.be_patient();
     }
 
-    /// What has been set up.
+    /// Gives what has been set up.
     pub(super) fn setup(&self) -> Setup {
         Setup {
             wait_states: field(self.acr, 0, 3),
@@ -58,7 +58,7 @@ impl Flash {
         }
     }
 
-    /// What is wrong with the set-up, if anything is.
+    /// Tells what is wrong with the set-up, if anything is.
     pub(super) fn complaint(&self) -> Option<&'static str> {
         let fast_enough = HZ_PER_WAIT_STATE * u64::from(field(self.acr, 0, 3) + 1);
         if self.hz > fast_enough {

@@ -84,7 +84,7 @@ impl Peripheral for Iwdg {
         if self.has_expired() { NEVER } else { self.expires }
     }
 
-    /// Its clock is its own: what is left of the time is left, in other cycles.
+    /// Sets the divider of the clock, which is the watchdog's own: what is left of the time is left, in other cycles.
     fn set_divider(&mut self, divider: Cycles) {
         if self.is_running() {
             self.expires = self.now + self.expires.saturating_sub(self.now) / self.divider * divider;

@@ -181,7 +181,7 @@ impl Machine {
         &mut self.log
     }
 
-    /// What has been done so far.
+    /// Counts of what has been done so far.
     pub fn counters(&self) -> Counters {
         self.execution.counters()
     }

@@ -1,5 +1,5 @@
-//! Pins that the firmware uses for something else than the emulated board has there: the pins of a board stand twice, with the
-//! firmware and as a [`Pinout`], and a run does not go on where they contradict each other.
+//! Pins that the firmware uses for something else than the emulated board has there. The pins of a board stand twice,
+//! with the firmware and as a [`Pinout`], and a run does not go on where they contradict each other.
 
 use core::fmt;
 
@@ -11,11 +11,11 @@ use super::pinout::{Pin, Pinout};
 pub struct Misfit {
     /// The pin.
     pub pin: Pin,
-    /// What the firmware does with it.
+    /// The use that the firmware makes of the pin.
     pub firmware: &'static str,
     /// The name of the board.
     pub board: &'static str,
-    /// What the board has there.
+    /// The part that the board has there.
     pub part: &'static str,
 }
 

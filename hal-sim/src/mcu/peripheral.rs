@@ -1,4 +1,4 @@
-//! What all peripherals have in common.
+//! Common features of all peripherals.
 
 /// A time or a span in cycles of the core clock.
 pub(super) type Cycles = u64;
@@ -9,7 +9,7 @@ pub(super) const NEVER: Cycles = Cycles::MAX;
 /// Why an access is refused: the run ends with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// There is no such register in the model.
+    /// The register does not exist in the model.
     Register,
     /// The register is there, but what is asked of it is not modelled, or not allowed.
     Use(&'static str),

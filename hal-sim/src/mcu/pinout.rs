@@ -1,7 +1,7 @@
-//! What the microcontroller's pins are connected to on a board, as data: a further board is one more value of
-//! [`Pinout`], in `board/products.rs`. The peripherals behind the pins are the same on all of them: SPI1 has the motion
-//! chips, SPI3 the EEPROM, USART3 the RS485 transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of
-//! the motion controllers.
+//! The connections of the microcontroller's pins on a board, as data: a further board is one more value of [`Pinout`],
+//! in `board/products.rs`. The peripherals behind the pins are the same on all of them: SPI1 has the motion chips, SPI3
+//! the EEPROM, USART3 the RS485 transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of the motion
+//! controllers.
 
 use crate::board::kind::{BoardKind, Chip};
 
@@ -59,7 +59,7 @@ impl Pinout {
         Self::ALL.into_iter().find(|pinout| pinout.kind == kind)
     }
 
-    /// What is connected to the pins: of each the part, and whether the microcontroller drives it as an output.
+    /// Lists what is connected to the pins: of each the part, and whether the microcontroller drives it as an output.
     pub(super) fn parts(&self) -> impl Iterator<Item = (Pin, &'static str, bool)> {
         let spi1 = ["the clock of SPI1", "the input of SPI1", "the output of SPI1"];
         let spi3 = ["the clock of SPI3", "the input of SPI3", "the output of SPI3"];

@@ -4,7 +4,7 @@
 //! clocks asks [`Rcc::clocks`] after a write.
 
 use super::peripheral::{Access, Cycles, NEVER, Peripheral, Refusal, bit, field};
-use super::unit::{Group, Unit};
+use super::unit::{Group, PeripheralName};
 use crate::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
 const CR: u32 = 0x00;
@@ -61,14 +61,14 @@ pub(super) struct Clocks {
     pub(super) hz: u64,
     /// Core cycles in a period of the clocks of APB1 and APB2.
     pub(super) apb: [Cycles; 2],
-    /// What MCO1 puts out, in Hz.
+    /// The frequency that MCO1 puts out, in Hz.
     pub(super) mco1: u64,
 }
 
 impl Clocks {
     /// Core cycles in a period of the clock of `unit`. Timers on a bus that is divided run at twice its clock.
-    pub(super) fn divider(&self, unit: Unit) -> Cycles {
-        if unit == Unit::Iwdg {
+    pub(super) fn divider(&self, unit: PeripheralName) -> Cycles {
+        if unit == PeripheralName::Iwdg {
             return (self.hz / LSI_HZ).max(1);
         }
         let apb = match unit.description().group {
@@ -77,7 +77,9 @@ impl Clocks {
             Group::Ahb1 | Group::Ahb2 | Group::Always => return 1,
         };
         match unit {
-            Unit::Tim2 | Unit::Tim3 | Unit::Tim4 | Unit::Tim5 => (apb / 2).max(1),
+            PeripheralName::Tim2 | PeripheralName::Tim3 | PeripheralName::Tim4 | PeripheralName::Tim5 => {
+                (apb / 2).max(1)
+            }
             _ => apb,
         }
     }
@@ -152,7 +154,7 @@ impl Rcc {
     }
 
     /// Whether the clock of `unit` is on.
-    pub(super) fn is_enabled(&self, unit: Unit) -> bool {
+    pub(super) fn is_enabled(&self, unit: PeripheralName) -> bool {
         let description = unit.description();
         let gates = match description.group {
             Group::Ahb1 => &self.gates[AHB1],
@@ -169,8 +171,8 @@ impl Rcc {
         self.resets.take()
     }
 
-    /// Lets the crystal stop, or swing again when it is switched on. What runs on it goes on with HSI, if the clock security
-    /// system looks after it: true if that has found it stopped, which is an NMI (RM0090 7.2.7).
+    /// Lets the crystal stop, or swing again when it is switched on. What runs on it goes on with HSI, if the clock
+    /// security system looks after it: true if that has found it stopped, which is an NMI (RM0090 7.2.7).
     pub(super) fn set_crystal(&mut self, swings: bool) -> Result<bool, &'static str> {
         let lost = self.crystal && !swings && self.is_ready(HSE);
         self.crystal = swings;
@@ -389,7 +391,14 @@ mod tests {
         assert_eq!(rcc.read(CR).unwrap() >> 16 & 0x202, 0x202);
         let clocks = rcc.clocks();
         assert_eq!(clocks, Clocks { hz: 168_000_000, apb: [4, 2], mco1: 16_000_000 });
-        assert_eq!((clocks.divider(Unit::Usart3), clocks.divider(Unit::Tim5), clocks.divider(Unit::Spi1)), (4, 2, 2));
+        assert_eq!(
+            (
+                clocks.divider(PeripheralName::Usart3),
+                clocks.divider(PeripheralName::Tim5),
+                clocks.divider(PeripheralName::Spi1)
+            ),
+            (4, 2, 2)
+        );
         rcc.write(CR, 1 << HSEON | 1 << PLLON).unwrap();
         assert_eq!(rcc.clocks().mco1, 0, "MCO1 has HSI, which is off");
     }

@@ -15,7 +15,7 @@ pub struct Rs485 {
     sending: Option<Cycles>,
     /// When it has begun and ended to.
     turns: Vec<(Nanos, bool)>,
-    /// What others send and have not begun to, in order.
+    /// Characters that others send and have not begun to, in order.
     incoming: VecDeque<Incoming>,
     /// When what others have begun to send ends.
     heard_until: Nanos,
@@ -23,7 +23,7 @@ pub struct Rs485 {
 }
 
 impl Rs485 {
-    /// What the module has sent since the last call.
+    /// Takes the characters that the module has sent since the last call.
     pub fn take_sent(&mut self) -> Vec<Character> {
         std::mem::take(&mut self.sent)
     }
@@ -69,7 +69,8 @@ impl Rs485 {
         self.incoming.back().map(Incoming::end)
     }
 
-    /// What others begin to send at `now`, if the port hears it: it is `connected`, and the transceiver does not send.
+    /// Takes what others begin to send at `now`. Gives it if the port hears it: it is `connected`, and the transceiver
+    /// does not send.
     pub(super) fn hear(&mut self, now: Nanos, connected: bool, time: &Timebase) -> Option<Edge> {
         let character = self.incoming.pop_front_if(|character| character.start <= now)?;
         self.heard_until = character.end();

@@ -27,10 +27,11 @@ const fn own_clocks(number: Nanos) -> Nanos {
 }
 
 impl Limits {
-    /// The TMC429 wants eight of its clocks a bit and three around its select (its datasheet, section 6.2.1). The TMC262
-    /// takes 4 MHz, the AT25128 5 MHz, and both want no more than 100 ns. The TMC5160 wants two of its clocks a bit, which
-    /// are 8 MHz, or 4 MHz on its own oscillator; two of them and 10 ns between datagrams, and 10 ns before the first bit
-    /// (its datasheet, section 4.3). `clocked` says whether the motion chips have a clock from the microcontroller.
+    /// The TMC429 wants eight of its clocks a bit and three around its select (its datasheet, section 6.2.1). The
+    /// TMC262 takes 4 MHz, the AT25128 5 MHz, and both want no more than 100 ns. The TMC5160 wants two of its clocks a
+    /// bit, which are 8 MHz, or 4 MHz on its own oscillator. It wants two of them and 10 ns between datagrams, and 10
+    /// ns before the first bit (its datasheet, section 4.3). `clocked` says whether the motion chips have a clock from
+    /// the microcontroller.
     const fn of(chip: Chip, clocked: bool) -> Self {
         match chip {
             Chip::Tmc429(_) => Self { bit: clocks(8), first: clocks(3), pause: clocks(3) },
@@ -106,8 +107,8 @@ mod tests {
         assert_eq!(select.set(true, true, 4_032, &time), Ok(()));
     }
 
-    /// At 168 MHz: 21 cycles a bit are 125 ns, 8 MHz, and 42 cycles are 250 ns, 4 MHz. With 10 ns more they are 22.7 and 43.7
-    /// cycles; 10 ns alone are 1.7.
+    /// At 168 MHz: 21 cycles a bit are 125 ns, 8 MHz, and 42 cycles are 250 ns, 4 MHz. With 10 ns more they are 22.7
+    /// and 43.7 cycles; 10 ns alone are 1.7.
     #[test]
     fn the_tmc5160_takes_half_the_speed_on_its_own_oscillator() {
         let time = Timebase::new(168_000_000, 0, 0);

@@ -9,7 +9,7 @@ pub struct Character {
     pub start: Nanos,
     /// When its stop bit ended.
     pub end: Nanos,
-    /// Its eight bits.
+    /// The eight bits of the character.
     pub value: u8,
     /// Whether the transceiver was sending from start to end; else the bus has not seen it whole.
     pub driven: bool,
@@ -20,7 +20,7 @@ pub struct Character {
 pub(super) struct Incoming {
     /// When its start bit begins.
     pub(super) start: Nanos,
-    /// Its bits from the start bit on, the first lowest; after them the line is high.
+    /// The bits of the character from the start bit on, the first lowest; after them the line is high.
     pub(super) levels: u128,
     /// How many there are.
     pub(super) bits: u32,

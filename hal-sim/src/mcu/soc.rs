@@ -24,7 +24,7 @@ use super::pinout::Pinout;
 use super::rcc::{Cause, Clocks};
 use super::stop::Fault;
 use super::timebase::Timebase;
-use super::unit::{Decoder, Unit};
+use super::unit::{Decoder, PeripheralName};
 use super::usb::UsbHost;
 use super::wiring::{SpiBus, Wiring};
 use crate::board::{Board, Chip};
@@ -43,11 +43,11 @@ pub(super) struct Soc {
     pub(super) peripherals: Peripherals,
     /// The other end of the USB cable.
     pub(super) host: UsbHost,
-    /// What DMA reaches, once the core is there.
+    /// The memory that DMA reaches, once the core is there.
     sram: Option<Ram>,
     pub(super) agenda: Agenda,
     pub(super) watched: Watched,
-    /// What the pins are connected to. The board is to be changed by [`board_mut`](Self::board_mut).
+    /// The wiring of the pins. The board is to be changed by [`board_mut`](Self::board_mut).
     pub(super) wiring: Wiring,
     /// The access that ended the run.
     pub(super) fault: Option<Fault>,
@@ -81,7 +81,7 @@ impl Soc {
         // While the board was off, its time went on and no cycle was counted.
         let nanos = self.time.nanos(now).max(self.board().now());
         self.time = Timebase::new(self.time.hz(), now, nanos);
-        for unit in Unit::ALL {
+        for unit in PeripheralName::ALL {
             self.peripherals.of(unit).reset();
         }
         self.peripherals.rcc = self.peripherals.rcc.restarted(now, cause);
@@ -93,7 +93,7 @@ impl Soc {
 
     fn start(&mut self) {
         let now = self.now;
-        for unit in Unit::ALL {
+        for unit in PeripheralName::ALL {
             self.peripherals.of(unit).advance(now);
         }
         self.agenda.touch_all();
@@ -113,7 +113,7 @@ impl Soc {
 
     /// The board, to be changed, at the present time.
     pub(super) fn board_mut(&mut self) -> &mut Board {
-        self.agenda.touch(Unit::Exti);
+        self.agenda.touch(PeripheralName::Exti);
         &mut self.wiring.board
     }
 
@@ -152,8 +152,8 @@ impl Soc {
         self.now = now;
         loop {
             if self.agenda.next_event() <= now {
-                let due = Unit::ALL.map(|unit| self.agenda.is_due(unit, now));
-                for (unit, _) in Unit::ALL.into_iter().zip(due).filter(|(_, due)| *due) {
+                let due = PeripheralName::ALL.map(|unit| self.agenda.is_due(unit, now));
+                for (unit, _) in PeripheralName::ALL.into_iter().zip(due).filter(|(_, due)| *due) {
                     self.peripherals.of(unit).advance(now);
                     self.agenda.touch(unit);
                     // What was read may have changed since: nobody knows yet that it is waited for on.
@@ -187,7 +187,7 @@ impl Soc {
         let time = self.time.nanos(self.now);
         if self.host.next_event() <= time {
             self.host.advance(time, &mut self.peripherals.otg);
-            self.agenda.touch(Unit::OtgFs);
+            self.agenda.touch(PeripheralName::OtgFs);
         }
     }
 
@@ -201,15 +201,19 @@ impl Soc {
         self.agenda.next_event().min(start).min(self.pins_change()).min(host).max(self.now + 1)
     }
 
-    /// What happens around a peripheral that has changed.
-    fn follow(&mut self, unit: Unit) {
+    /// Brings about what happens around a peripheral that has changed.
+    fn follow(&mut self, unit: PeripheralName) {
         match unit {
-            Unit::GpioA | Unit::GpioB | Unit::GpioC | Unit::GpioD | Unit::GpioE => self.connect(unit),
-            Unit::Rcc => self.change_clocks(),
-            Unit::Flash => self.check_flash(),
-            Unit::Spi1 => self.exchange(SpiBus::Motion, 0),
-            Unit::Spi3 => self.exchange(SpiBus::Eeprom, 2),
-            Unit::Usart3 => {
+            PeripheralName::GpioA
+            | PeripheralName::GpioB
+            | PeripheralName::GpioC
+            | PeripheralName::GpioD
+            | PeripheralName::GpioE => self.connect(unit),
+            PeripheralName::Rcc => self.change_clocks(),
+            PeripheralName::Flash => self.check_flash(),
+            PeripheralName::Spi1 => self.exchange(SpiBus::Motion, 0),
+            PeripheralName::Spi3 => self.exchange(SpiBus::Eeprom, 2),
+            PeripheralName::Usart3 => {
                 if let Some(frame) = self.peripherals.usarts[2].take_sent() {
                     self.wiring.transmit(frame, &self.peripherals.ports, &self.time);
                 }
@@ -217,9 +221,9 @@ impl Soc {
                     self.wiring.use_rs485(&self.peripherals.ports);
                 }
             }
-            Unit::Adc1 => self.convert(),
-            Unit::OtgFs => self.host.notice(self.time.nanos(self.now), &self.peripherals.otg),
-            Unit::Can1 if !self.wiring.has_can(&self.peripherals.ports) => {
+            PeripheralName::Adc1 => self.convert(),
+            PeripheralName::OtgFs => self.host.notice(self.time.nanos(self.now), &self.peripherals.otg),
+            PeripheralName::Can1 if !self.wiring.has_can(&self.peripherals.ports) => {
                 if self.peripherals.can.takes_part() {
                     self.wiring.use_can(&self.peripherals.ports);
                 }
@@ -232,7 +236,7 @@ impl Soc {
         }
     }
 
-    fn refresh(&mut self, unit: Unit) {
+    fn refresh(&mut self, unit: PeripheralName) {
         self.agenda.refresh(unit, self.peripherals.of(unit));
     }
 

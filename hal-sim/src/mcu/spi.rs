@@ -33,11 +33,11 @@ const BSY: u32 = 1 << 7;
 /// A word that has been clocked out; its sender wants to know what came in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Word {
-    /// What was sent.
+    /// The word that was sent.
     pub(super) mosi: u16,
     /// Whether it has 16 bits.
     pub(super) wide: bool,
-    /// What a bit took.
+    /// The time that a bit took.
     pub(super) bit: Cycles,
     /// When its last bit was sampled.
     pub(super) at: Cycles,
@@ -94,7 +94,7 @@ impl Spi {
         self.shifting.is_some()
     }
 
-    /// What came in during the word that has ended.
+    /// Takes what came in during the word that has ended.
     pub(super) fn complete(&mut self, miso: u16) {
         if self.sr & RXNE != 0 {
             self.sr |= OVR;

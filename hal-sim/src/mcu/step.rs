@@ -1,11 +1,11 @@
-//! What the core does, step by step, for who wants to see it: profiles, latencies.
+//! The work of the core, step by step, for who wants to see it: profiles, latencies.
 
 use crate::board::Chip;
 
 /// Words of interrupt lines.
 pub(super) const LINES: usize = 3;
 
-/// What a step is.
+/// The kind of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
     /// An instruction.
@@ -28,7 +28,7 @@ pub struct Step {
     pub at: u64,
     /// How many cycles it takes.
     pub cycles: u64,
-    /// What is done.
+    /// The act that is done.
     pub act: Act,
     /// The address of the instruction, or where the program stands.
     pub pc: u32,
@@ -40,7 +40,8 @@ pub struct Step {
     pub wanted: [u32; LINES],
     /// The chip that is selected on the motion bus when the step begins.
     pub chip: Option<Chip>,
-    /// Cycles for which the core has waited for the flash memory. They are part of the step's only where that is asked for.
+    /// Cycles for which the core has waited for the flash memory. They are part of the step's only where that is asked
+    /// for.
     pub stalls: u64,
     /// Whether a word is on the wire there then.
     pub clocked: bool,

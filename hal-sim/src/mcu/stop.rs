@@ -21,7 +21,7 @@ pub enum Stop {
         written: Option<u32>,
         /// Where the program stood right after the access.
         pc: u32,
-        /// What is wrong.
+        /// The mistake, in words.
         reason: &'static str,
     },
     /// The firmware uses a pin otherwise than the board.
@@ -30,7 +30,7 @@ pub enum Stop {
     Instruction {
         /// Where.
         pc: u32,
-        /// What is wrong.
+        /// The mistake, in words.
         reason: &'static str,
     },
     /// The core has locked up: a fault in the handler of a fault.

@@ -18,13 +18,13 @@ pub(super) enum Group {
 /// A peripheral.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Description {
-    /// Its name in the reference manual.
+    /// The name of the peripheral in the reference manual.
     pub(super) name: &'static str,
-    /// Its first address.
+    /// The first address of the peripheral.
     pub(super) base: u32,
     /// The bus that clocks it.
     pub(super) group: Group,
-    /// Its bit in the enable and reset registers of that bus.
+    /// The peripheral's bit in the enable and reset registers of that bus.
     pub(super) bit: u32,
     /// Numbers of its interrupts.
     pub(super) interrupts: &'static [u16],
@@ -37,18 +37,18 @@ macro_rules! units {
     ($($unit:ident $name:literal $base:literal $group:ident $bit:literal [$($irq:literal),*];)*) => {
         /// Names a peripheral.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub(super) enum Unit {
+        pub(super) enum PeripheralName {
             $(#[doc = $name] $unit,)*
         }
 
-        impl Unit {
+        impl PeripheralName {
             /// All of them, in the order of their values.
-            pub(super) const ALL: [Unit; [$(Unit::$unit),*].len()] = [$(Unit::$unit),*];
+            pub(super) const ALL: [PeripheralName; [$(PeripheralName::$unit),*].len()] = [$(PeripheralName::$unit),*];
 
-            /// What there is to know about it.
+            /// Gives what there is to know about the peripheral.
             pub(super) const fn description(self) -> Description {
                 match self {
-                    $(Unit::$unit => Description {
+                    $(PeripheralName::$unit => Description {
                         name: $name, base: $base, group: Group::$group, bit: $bit, interrupts: &[$($irq),*],
                     },)*
                 }
@@ -87,11 +87,15 @@ units! {
     Dbgmcu "DBGMCU" 0xE004_2000 Always 0 [];
 }
 
-impl Unit {
+impl PeripheralName {
     /// The number of a port: 0 is A.
     pub(super) const fn port(self) -> Option<usize> {
         match self {
-            Unit::GpioA | Unit::GpioB | Unit::GpioC | Unit::GpioD | Unit::GpioE => Some(self as usize),
+            PeripheralName::GpioA
+            | PeripheralName::GpioB
+            | PeripheralName::GpioC
+            | PeripheralName::GpioD
+            | PeripheralName::GpioE => Some(self as usize),
             _ => None,
         }
     }
@@ -99,14 +103,18 @@ impl Unit {
     /// Whether its registers change only with events: not so counters, and pins that the board drives.
     #[inline]
     pub(super) fn changes_by_events(self) -> bool {
-        self.port().is_none() && !matches!(self, Unit::Tim2 | Unit::Tim3 | Unit::Tim4 | Unit::Tim5)
+        self.port().is_none()
+            && !matches!(
+                self,
+                PeripheralName::Tim2 | PeripheralName::Tim3 | PeripheralName::Tim4 | PeripheralName::Tim5
+            )
     }
 
     /// Whether an access to it may change the levels that the external interrupt lines see: by what it drives, selects
     /// on the board, or chooses to look at. What others do to a pin takes an event of the board.
     #[inline]
     pub(super) fn decides_on_pins(self) -> bool {
-        self.port().is_some() || matches!(self, Unit::Exti | Unit::Rcc | Unit::Syscfg)
+        self.port().is_some() || matches!(self, PeripheralName::Exti | PeripheralName::Rcc | PeripheralName::Syscfg)
     }
 }
 
@@ -116,16 +124,16 @@ pub(super) struct Units(u64);
 
 impl Units {
     /// All there are.
-    pub(super) const ALL: Self = Self((1 << Unit::ALL.len()) - 1);
+    pub(super) const ALL: Self = Self((1 << PeripheralName::ALL.len()) - 1);
 
     /// Puts a peripheral in.
     #[inline]
-    pub(super) fn insert(&mut self, unit: Unit) {
+    pub(super) fn insert(&mut self, unit: PeripheralName) {
         self.0 |= 1 << unit as u32;
     }
 
     /// Puts all in but one, which stays as it is.
-    pub(super) fn insert_all_but(&mut self, unit: Unit) {
+    pub(super) fn insert_all_but(&mut self, unit: PeripheralName) {
         self.0 |= Self::ALL.0 & !(1 << unit as u32);
     }
 
@@ -137,11 +145,11 @@ impl Units {
 }
 
 impl Iterator for Units {
-    type Item = Unit;
+    type Item = PeripheralName;
 
     #[inline]
-    fn next(&mut self) -> Option<Unit> {
-        let unit = Unit::ALL.get(self.0.trailing_zeros() as usize).copied()?;
+    fn next(&mut self) -> Option<PeripheralName> {
+        let unit = PeripheralName::ALL.get(self.0.trailing_zeros() as usize).copied()?;
         self.0 &= self.0 - 1;
         Some(unit)
     }
@@ -156,12 +164,12 @@ const PAGES: usize = 0xA0;
 
 /// Finds the peripheral at an address.
 #[derive(Debug)]
-pub(super) struct Decoder([Option<Unit>; PAGES]);
+pub(super) struct Decoder([Option<PeripheralName>; PAGES]);
 
 impl Decoder {
     pub(super) fn new() -> Self {
         let mut pages = [None; PAGES];
-        for unit in Unit::ALL {
+        for unit in PeripheralName::ALL {
             if let Some(page) = Self::page(unit.description().base).and_then(|page| pages.get_mut(page)) {
                 *page = Some(unit);
             }
@@ -174,12 +182,12 @@ impl Decoder {
     }
 
     /// The peripheral that `address` belongs to, and the offset in it.
-    pub(super) fn find(&self, address: u32) -> Option<(Unit, u32)> {
+    pub(super) fn find(&self, address: u32) -> Option<(PeripheralName, u32)> {
         let dense = Self::page(address).and_then(|page| self.0.get(page));
         if let Some(unit) = dense {
             return unit.map(|unit| (unit, address % SIZE));
         }
-        let far = [(Unit::OtgFs, OTG_SIZE), (Unit::Dbgmcu, SIZE)];
+        let far = [(PeripheralName::OtgFs, OTG_SIZE), (PeripheralName::Dbgmcu, SIZE)];
         far.into_iter().find_map(|(unit, size)| {
             let offset = address.checked_sub(unit.description().base)?;
             (offset < size).then_some((unit, offset))

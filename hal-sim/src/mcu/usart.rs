@@ -1,6 +1,6 @@
 //! USART: the asynchronous receiver and transmitter (RM0090 30.6), eight data bits, no parity.
 //!
-//! The receiver samples the line in the middle of its own bits, whatever the rate at the other end is: a wrong rate
+//! The receiver samples the line in the middle of its own bits, whatever the rate at the other end is. A wrong rate
 //! gives the wrong bytes and framing errors of a real line.
 
 use std::collections::VecDeque;
@@ -101,7 +101,7 @@ pub(super) struct Usart {
     line: VecDeque<Edge>,
     /// When the start bit of the frame being received began.
     receiving: Option<Cycles>,
-    /// Its middle has been low: it is no spike.
+    /// Whether the middle of the start bit has been low: it is no spike.
     started: bool,
     /// When the line has been idle for a frame.
     idle_at: Cycles,
@@ -173,8 +173,8 @@ impl Usart {
         self.line.iter().find(|edge| edge.start <= at && at < edge.end).is_none_or(|edge| edge.level(at))
     }
 
-    /// What the receiver makes of the bit whose middle is `at`, and whether it is noisy: of three samples, a sixteenth
-    /// of a bit apart, two decide.
+    /// Decides on the bit whose middle is `at`, and whether it is noisy: of three samples, a sixteenth of a bit apart,
+    /// two decide.
     fn vote(&self, at: Cycles) -> (bool, bool) {
         if bit(self.cr3, ONEBIT) {
             return (self.level(at), false);

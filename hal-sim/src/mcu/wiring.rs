@@ -23,7 +23,7 @@ const AF_CAN1: u32 = 9;
 /// Channels inside the chip: its temperature, its reference (RM0090 13.10).
 const TEMPERATURE: u32 = 16;
 const REFERENCE: u32 = 17;
-/// The converter's full scale: 3.3 V, in microvolts; the sensor has 0.76 V at 25 degrees and 2.5 mV a degree, the
+/// The converter's full scale: 3.3 V, in microvolts. The sensor has 0.76 V at 25 degrees and 2.5 mV a degree, the
 /// reference 1.21 V (tables 70 and 73 of the datasheet).
 const FULL_SCALE: i64 = 3_300_000;
 const SENSOR_AT_25: i64 = 760_000;
@@ -48,7 +48,7 @@ impl SpiBus {
         }
     }
 
-    /// What the firmware does with a pin of the bus that it has left out.
+    /// Tells what the firmware does with a pin of the bus that it has left out.
     fn unused(self) -> &'static str {
         match self {
             Self::Motion => "uses SPI1 without it",
@@ -63,10 +63,10 @@ impl SpiBus {
 
 /// The mode of all chips: clock high at rest, data sampled at its rising edge.
 const SPI_MODE: u32 = 3;
-/// What a bus reads that nobody drives.
+/// The value that is read from a bus that nobody drives.
 const FLOATING: u16 = 0xFF;
 
-/// What the microcontroller's pins are connected to.
+/// The wiring of the microcontroller's pins.
 #[derive(Debug)]
 pub struct Wiring {
     pub(super) board: Board,
@@ -261,7 +261,7 @@ impl Wiring {
         self.pinout.can.iter().all(|&pin| alternate(ports, pin) == Some(AF_CAN1))
     }
 
-    /// What the converter makes of its input `channel`: 12 bits.
+    /// Gives the 12 bits that the converter makes of its input `channel`.
     pub(super) fn convert(&self, channel: u32) -> u16 {
         let inputs = self.board.inputs();
         let of =
@@ -314,8 +314,8 @@ impl Wiring {
         Ok(if word.wide { byte((word.mosi >> 8) as u8) << 8 | byte(word.mosi as u8) } else { byte(word.mosi as u8) })
     }
 
-    /// Whether one of the `pins` of a port that is in use does not have the port's `function`, which is noted with what the
-    /// `firmware` does.
+    /// Whether one of the `pins` of a port that is in use does not have the port's `function`, which is noted with what
+    /// the `firmware` does.
     fn lacks(&mut self, pins: &[Pin], function: u32, firmware: &'static str, ports: &[Gpio]) -> bool {
         let lacking = pins.iter().find(|&&pin| alternate(ports, pin) != Some(function));
         if let Some(&pin) = lacking {

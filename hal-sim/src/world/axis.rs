@@ -86,7 +86,7 @@ impl Axis {
     }
 
     /// How far the field may move up or down, in 1/256 full steps, before anything but the positions of field and rotor
-    /// changes; 0 if the motor is to be told of each step.
+    /// changes. The value is 0 if the motor is to be told of each step.
     #[inline]
     pub(crate) fn free_way(&self, up: bool) -> i64 {
         if self.trace.is_some() { 0 } else { self.clear_way(up) }

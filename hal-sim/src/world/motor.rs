@@ -1,12 +1,12 @@
 //! The motor: a rotor that follows the field of the coils, without dynamics, as long as the torque lasts.
 //!
-//! Torques are in fractions of the torque at full current ([`FULL_TORQUE`]). The current makes a torque available, of which
-//! a fast motor has only what the supply lets through; load, friction, a drag that grows with the speed and, while the speed
-//! changes, inertia demand one. While more torque is available than demanded, the
-//! rotor is where the field is (the load angle is reported, but not subtracted from the position). Otherwise, or when
-//! the rotor meets a hard end, the rotor stays where it is and the field runs away. The rotor falls in again once the
-//! torque suffices and the field moves no faster than the pull-in speed, or stands: at the nearest position that looks
-//! the same to the rotor, a multiple of four full steps away. With the bridges off friction holds the rotor.
+//! Torques are in fractions of the torque at full current ([`FULL_TORQUE`]). The current makes a torque available, of
+//! which a fast motor has only what the supply lets through. Load, friction, a drag that grows with the speed and,
+//! while the speed changes, inertia demand one. While more torque is available than demanded, the rotor is where the
+//! field is (the load angle is reported, but not subtracted from the position). Otherwise, or when the rotor meets a
+//! hard end, the rotor stays where it is and the field runs away. The rotor falls in again once the torque suffices and
+//! the field moves no faster than the pull-in speed, or stands. It does so at the nearest position that looks the same
+//! to the rotor, a multiple of four full steps away. With the bridges off friction holds the rotor.
 
 mod acceleration;
 mod speed;
@@ -26,18 +26,18 @@ pub const PERIOD: i64 = 4 * FULL_STEP;
 /// The torque at full current, which is also the load that stalls the motor there.
 pub const FULL_TORQUE: u32 = 65_536;
 
-/// The properties of a motor. The default has neither friction nor inertia, all of its torque at any speed, and never loses a
-/// step by itself.
+/// The properties of a motor. The default has neither friction nor inertia, all of its torque at any speed, and never
+/// loses a step by itself.
 #[derive(Clone, Debug)]
 pub struct MotorConfig {
     /// Torque that friction demands at any speed, in 1/65536 of the torque at full current.
     pub friction: u32,
     /// Torque that an acceleration of 1000 full steps/s^2 demands, in 1/65536 of the torque at full current.
     pub inertia: u32,
-    /// Its winding; `None` for a motor that has all of its torque at any speed, and no drag.
+    /// The winding of the motor; `None` for a motor that has all of its torque at any speed, and no drag.
     pub winding: Option<Winding>,
-    /// Torque that a speed of 1000 full steps/s demands, and twice as much at twice the speed, in 1/65536 of the torque at full
-    /// current.
+    /// Torque that a speed of 1000 full steps/s demands, and twice as much at twice the speed, in 1/65536 of the torque
+    /// at full current.
     pub drag: u32,
     /// Speed in full steps per second up to which a rotor that lost the field can fall in again; at least 1.
     pub pull_in: u32,
@@ -139,8 +139,8 @@ impl Motor {
         self.demand
     }
 
-    /// The angle by which the load turns the rotor back against the field, in 1/256 full steps: 0..=256, where 256 (90
-    /// degrees electrical) is the angle at which the rotor stalls.
+    /// The angle by which the load turns the rotor back against the field, in 1/256 full steps: 0..=256. At 256 (90
+    /// degrees electrical) the rotor stalls.
     pub fn load_angle(&self) -> i64 {
         let ratio = f64::from(self.load_ratio()) / f64::from(FULL_LOAD);
         (ratio.asin() / core::f64::consts::FRAC_PI_2 * FULL_STEP as f64).round() as i64
@@ -222,8 +222,8 @@ impl Motor {
         }
     }
 
-    /// How far the field may move up or down before anything but the positions of field and rotor changes; 0 if the
-    /// motor is to be told of each step, because it has lost the field or its inertia counts.
+    /// How far the field may move up or down before anything but the positions of field and rotor changes. The value is
+    /// 0 if the motor is to be told of each step, because it has lost the field or its inertia counts.
     #[inline]
     pub(super) fn free_way(&self, up: bool) -> i64 {
         if !self.following || !self.has_torque() || self.config.inertia != 0 {
@@ -260,8 +260,8 @@ impl Motor {
         before != self.rotor
     }
 
-    /// The time at which a field that stands until then counts as resting, or a rotor that has lost it falls in; `None` if
-    /// neither will be.
+    /// The time at which a field that stands until then counts as resting, or a rotor that has lost it falls in; `None`
+    /// if neither will be.
     #[inline]
     pub fn next_event(&self) -> Option<Nanos> {
         let rests = self.rests_at();
@@ -297,7 +297,7 @@ impl Motor {
         self.weigh();
     }
 
-    /// Moves the rotor by `full_steps` against the field, as a blow does. A multiple of four full steps lasts; with the
+    /// Moves the rotor by `full_steps` against the field, as a blow does. A multiple of four full steps lasts. With the
     /// bridges on the rotor is drawn from any other position to the nearest multiple of four, from two full steps to
     /// the next higher. Hard ends limit the way.
     pub fn slip(&mut self, full_steps: i64) {

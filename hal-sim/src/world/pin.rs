@@ -15,7 +15,7 @@ pub enum Pin {
 }
 
 impl Pin {
-    /// Its name in world files and lines of the control port.
+    /// The name of the pin in world files and lines of the control port.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Left => "left",

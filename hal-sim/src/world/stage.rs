@@ -6,7 +6,7 @@
 //! switch is high unless the switch is pressed. A switch is pressed while the stage or a hand presses it. The module's
 //! pull-up resistors change nothing.
 //!
-//! The switches see only the positions at which the rotor comes to stand after each step: a blow that carries the rotor
+//! The switches see only the positions at which the rotor comes to stand after each step. A blow that carries the rotor
 //! across a switch leaves that switch as it is.
 
 use super::config::{AbnConfig, StageConfig};
@@ -270,8 +270,8 @@ mod tests {
         }
     }
 
-    /// Built in the other way round, the left switch is pressed where positions are high, and the cams go outward as they
-    /// do otherwise.
+    /// Built in the other way round, the left switch is pressed where positions are high, and the cams go outward as
+    /// they do otherwise.
     #[test]
     fn a_stage_may_be_the_other_way_round() {
         let config = StageConfig {

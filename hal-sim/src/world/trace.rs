@@ -66,8 +66,8 @@ impl Trace {
             .fold(0.0, |top, speed| speed.abs().max(top))
     }
 
-    /// The time at which a mean speed first reaches `speed` (full steps per second, in either direction): the end of
-    /// the first `window` of time, beginning with a sample, over which the mean speed is that high.
+    /// The time at which a mean speed first reaches `speed` (full steps per second, in either direction). This is the
+    /// end of the first `window` of time, beginning with a sample, over which the mean speed is that high.
     pub fn reaches_speed(&self, speed: f64, window: Nanos) -> Option<Nanos> {
         let last = self.samples.last()?.at;
         self.samples

@@ -7,8 +7,8 @@ use std::os::fd::OwnedFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Claims a path for a symbolic link to a terminal; fails while another simulator has the path. The old link's target does not
-/// show whether its simulator still runs, because the numbers of terminals are used again.
+/// Claims a path for a symbolic link to a terminal; fails while another simulator has the path. The old link's target
+/// does not show whether its simulator still runs, because the numbers of terminals are used again.
 pub fn path(link: &Path) -> io::Result<OwnedFd> {
     let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = fs::metadata(parent)?;

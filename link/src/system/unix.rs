@@ -19,7 +19,7 @@ use super::claim;
 /// How a user gets a virtual module in place of a serial device that is not there.
 pub(crate) const VIRTUAL_PORT: &str = "tmcl sim --serial PATH";
 
-/// One end of a connection within the program.
+/// An end of a connection within the program.
 pub type Socket = UnixStream;
 
 /// Both ends of a connection within the program.
@@ -30,7 +30,7 @@ pub fn pair() -> io::Result<(Socket, Socket)> {
     UnixStream::pair()
 }
 
-/// What standard input is read from.
+/// The source from which standard input is read.
 pub type Input = File;
 
 /// Standard input, past the buffer of the library, in which bytes could hide from who waits for them.
@@ -41,9 +41,9 @@ pub fn standard_input() -> io::Result<Input> {
     Ok(io::stdin().as_fd().try_clone_to_owned()?.into())
 }
 
-/// From now on Ctrl-C (SIGINT), SIGTERM and SIGHUP, which tells that the terminal is gone, no longer end the program: the number
-/// of such a signal is put into each of `numbers`, and then a byte is written into `rope`. SIGHUP is left alone if the program
-/// was started with it ignored, as `nohup` does.
+/// Sees to it that from now on Ctrl-C (SIGINT), SIGTERM and SIGHUP no longer end the program. SIGHUP tells that the
+/// terminal is gone. The number of such a signal is put into each of `numbers`, and then a byte is written into `rope`.
+/// SIGHUP is left alone if the program was started with it ignored, as `nohup` does.
 pub(crate) fn watch(rope: &Socket, numbers: &[Arc<AtomicUsize>]) -> io::Result<()> {
     let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
     for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
@@ -76,7 +76,7 @@ pub(crate) fn port_name(path: &str) -> &str {
     path
 }
 
-/// What helps whose serial device cannot be opened.
+/// Advice for whoever cannot open a serial device.
 pub(crate) fn port_hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied => ". Your user may have to be in the group that owns the device (often dialout)",
@@ -97,18 +97,19 @@ pub(crate) fn is_no_port(error: &io::Error) -> bool {
 /// Locks a serial device against other programs. False if one of them has locked it.
 pub(crate) fn lock(port: &SerialPort) -> io::Result<bool> {
     let device = File::from(port.as_fd().try_clone_to_owned()?);
-    // The lock belongs to the device that is open, whatever the number of its descriptors. Where there are no locks, it goes
-    // without.
+    // The lock belongs to the device that is open, whatever the number of its descriptors. Where there are no locks, it
+    // goes without.
     Ok(!matches!(device.try_lock(), Err(TryLockError::WouldBlock)))
 }
 
-/// Takes a serial device, which has been set up, for this program alone, and lets it carry bytes whatever its modem lines say.
+/// Takes a serial device, which has been set up, for this program alone, and lets it carry bytes whatever its modem
+/// lines say.
 pub(crate) fn settle(port: &SerialPort, path: &str) -> io::Result<()> {
     let mut settings = rustix::termios::tcgetattr(port)?;
     settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL;
     rustix::termios::tcsetattr(port, OptionalActions::Now, &settings)?;
-    // Programs that ignore the lock are kept out, too. Not for a pseudo terminal, which would stay exclusive after this program
-    // has ended, because its other end stays open.
+    // Programs that ignore the lock are kept out, too. Not for a pseudo terminal, which would stay exclusive after this
+    // program has ended, because its other end stays open.
     if !std::fs::canonicalize(path).is_ok_and(|device| claim::is_pseudo_terminal(&device)) {
         // If this fails, the lock alone must do.
         let _ = rustix::termios::ioctl_tiocexcl(port);
@@ -137,10 +138,10 @@ pub fn has_no_reader(error: &io::Error) -> bool {
     error.kind() == ErrorKind::BrokenPipe
 }
 
-/// What tells a file from all others that there are at the same time.
+/// The numbers that tell a file from all others that there are at the same time.
 pub type Identity = (u64, u64);
 
-/// What tells an open file from others.
+/// The identity of an open file, which tells it from others.
 ///
 /// # Errors
 /// The system does not say.
@@ -148,7 +149,7 @@ pub fn identity(file: &File) -> io::Result<Identity> {
     file.metadata().map(|metadata| of(&metadata))
 }
 
-/// What tells the file at a path from others; that of a symbolic link is its own.
+/// The identity of the file at a path, which tells it from others; a symbolic link has an identity of its own.
 ///
 /// # Errors
 /// There is no such file, or the system does not say.

@@ -17,7 +17,7 @@ use crate::number::{HANGUP, INTERRUPT, TERMINATE};
 /// How a user gets a virtual module in place of a serial device that is not there.
 pub(crate) const VIRTUAL_PORT: &str = "tmcl sim --tcp ADDR:PORT";
 
-/// One end of a connection within the program.
+/// An end of a connection within the program.
 pub type Socket = TcpStream;
 
 /// Both ends of a connection within the program.
@@ -38,7 +38,7 @@ pub fn pair() -> io::Result<(Socket, Socket)> {
     }
 }
 
-/// What standard input is read from.
+/// The source from which standard input is read.
 pub type Input = Socket;
 
 /// Standard input, which a thread reads from the first call on. At a console it reads whole lines.
@@ -59,9 +59,10 @@ pub fn standard_input() -> io::Result<Input> {
     passed_on.insert(input).try_clone()
 }
 
-/// From now on Ctrl-C, Ctrl-Break, and the end of the console, of the session or of the system no longer end the program at once:
-/// the number of the signal that such an event stands for is put into each of `numbers`, and then a byte is written into `rope`.
-/// After an end of the console the system waits some seconds for the program.
+/// Sees to it that from now on some events no longer end the program at once. These are Ctrl-C, Ctrl-Break, and the end
+/// of the console, of the session or of the system. The number of the signal that such an event stands for is put into
+/// each of `numbers`, and then a byte is written into `rope`. After an end of the console the system waits some seconds
+/// for the program.
 pub(crate) fn watch(rope: &Socket, numbers: &[Arc<AtomicUsize>]) -> io::Result<()> {
     let (mut rope, numbers) = (rope.try_clone()?, numbers.to_vec());
     let (mut interrupt, mut stop) = (windows::ctrl_c()?, windows::ctrl_break()?);
@@ -102,25 +103,26 @@ pub fn let_large_writes_fail() -> io::Result<()> {
     Ok(())
 }
 
-/// The name by which the library opens a serial device: it puts the prefix of devices, which COM10 and above need, in front
-/// itself.
+/// The name by which the library opens a serial device: it puts the prefix of devices, which COM10 and above need, in
+/// front itself.
 pub(crate) fn port_name(path: &str) -> &str {
     let prefix = [r"\\.\", "//./", r"\\?\"].into_iter().find(|prefix| path.starts_with(prefix)).unwrap_or_default();
     path.strip_prefix(prefix).unwrap_or(path)
 }
 
-/// What helps whose serial device cannot be opened.
+/// Advice for whoever cannot open a serial device.
 pub(crate) fn port_hint(_: &io::Error) -> &'static str {
     ""
 }
 
-/// True if another program has a serial device that could not be opened. The system gives a port to one program at a time.
+/// True if another program has a serial device that could not be opened. The system gives a port to one program at a
+/// time.
 pub(crate) fn is_taken(error: &io::Error) -> bool {
     error.kind() == ErrorKind::PermissionDenied
 }
 
-/// True if what could not be opened as a serial device is none: the system has no such function for it, or has nothing to say of
-/// its speed.
+/// True if what could not be opened as a serial device is none: the system has no such function for it, or has nothing
+/// to say of its speed.
 pub(crate) fn is_no_port(error: &io::Error) -> bool {
     const INVALID_FUNCTION: i32 = 1;
     const INVALID_HANDLE: i32 = 6;
@@ -132,7 +134,7 @@ pub(crate) fn lock(_: &SerialPort) -> io::Result<bool> {
     Ok(true)
 }
 
-/// There is nothing more to set up.
+/// Does nothing, because nothing more has to be set up.
 pub(crate) fn settle(_: &SerialPort, _: &str) -> io::Result<()> {
     Ok(())
 }
@@ -159,10 +161,10 @@ pub fn has_no_reader(error: &io::Error) -> bool {
     error.kind() == ErrorKind::BrokenPipe || error.raw_os_error() == Some(PIPE_NOT_CONNECTED)
 }
 
-/// What tells a file from all others that there are at the same time.
+/// The numbers that tell a file from all others that there are at the same time.
 pub type Identity = (u64, u64);
 
-/// What tells an open file from others.
+/// The identity of an open file, which tells it from others.
 ///
 /// # Errors
 /// The system does not say.
@@ -171,7 +173,7 @@ pub fn identity(file: &File) -> io::Result<Identity> {
     Ok((information.volume_serial_number(), information.file_index()))
 }
 
-/// What tells the file at a path from others.
+/// The identity of the file at a path, which tells it from others.
 ///
 /// # Errors
 /// There is no such file, or the system does not say.

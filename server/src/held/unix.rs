@@ -1,4 +1,5 @@
-//! On Unix the file itself is locked. A file that takes its place is locked before, so that the path always leads to a locked one.
+//! On Unix the file itself is locked. A file that takes its place is locked before, so that the path always leads to a
+//! locked one.
 
 use std::fs::{File, TryLockError};
 use std::io;

@@ -1,5 +1,5 @@
-//! Windows replaces no file that is open, so the lock is a file beside it, which is open for this program alone, and which the
-//! system removes when it is closed, however the program ends.
+//! Windows replaces no file that is open, so the lock is a file beside it. The lock is open for this program alone, and
+//! the system removes it when it is closed, however the program ends.
 
 use std::fs::{File, TryLockError};
 use std::io;
@@ -8,7 +8,8 @@ use std::path::Path;
 
 use tmcl_link::system::{Identity, identity, identity_at};
 
-/// What the system is asked for: to read, write and remove the lock; and that nobody else opens it, and it goes when it is closed.
+/// Numbers by which the system is asked to read, write and remove the lock, to let nobody else open it, and to remove
+/// it when it is closed.
 const GENERIC_READ_WRITE: u32 = 0xC000_0000;
 const DELETE: u32 = 0x0001_0000;
 const FILE_FLAG_DELETE_ON_CLOSE: u32 = 0x0400_0000;
@@ -19,7 +20,7 @@ const SHARING_VIOLATION: i32 = 32;
 #[derive(Debug)]
 pub(crate) struct Held {
     _lock: File,
-    /// Which file it is.
+    /// The identity of the file.
     file: Identity,
 }
 

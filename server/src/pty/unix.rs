@@ -156,8 +156,8 @@ fn reserve(option: &str, link: &Path) -> Result<OwnedFd, Failure> {
     })
 }
 
-/// Makes the symbolic link at a path that is claimed. The link of a simulator that has ended is replaced; any other file
-/// is an error.
+/// Makes the symbolic link at a path that is claimed. The link of a simulator that has ended is replaced; any other
+/// file is an error.
 fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<(), Failure> {
     if is_leftover(option, link)? {
         fs::remove_file(link).map_err(|error| {

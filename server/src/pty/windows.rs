@@ -1,5 +1,5 @@
-//! Windows has no pseudo terminals that host software could open as a serial port, so there is none of these, and whoever asks
-//! for one is told what there is.
+//! Windows has no pseudo terminals that host software could open as a serial port, so there is none of these, and
+//! whoever asks for one is told what there is.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::stream::Stream;
 /// Whether there are pseudo terminals.
 pub const EXIST: bool = false;
 
-/// What is not there. It is inside of what others know, who could not go on otherwise.
+/// A value that does not exist, for what is not there. It is inside of what others know, who could not go on otherwise.
 #[derive(Debug)]
 enum Nothing {}
 

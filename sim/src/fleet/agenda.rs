@@ -1,4 +1,4 @@
-//! What is to be done to the modules of a fleet later: commands of the control protocol, each with its time.
+//! Tasks that are to be done to the modules of a fleet later: commands of the control protocol, each with its time.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! Which frames of hosts on the CAN bus want a reply, and which frames of modules are one.
+//! Frames of hosts on the CAN bus that want a reply, and frames of modules that are one.
 
 use std::ops::RangeInclusive;
 
@@ -16,18 +16,18 @@ const NODES: RangeInclusive<u16> = 1..=127;
 /// First byte of an SDO abort, which nobody answers.
 const SDO_ABORT: u8 = 0x80;
 
-/// What a frame of a host asks for.
+/// The reply that a frame of a host asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Wish {
     /// No reply belongs to it.
     Nothing,
-    /// It is carried out without a reply.
+    /// The frame is carried out without a reply.
     Silence,
     /// A module may answer it.
     Reply,
 }
 
-/// What a frame of a host asks of modules with this firmware.
+/// The wish of a frame of a host to modules with this firmware.
 pub(super) fn wish(firmware: FirmwareKind, frame: &Frame) -> Wish {
     match firmware {
         FirmwareKind::Tmcl => match can::decode(frame) {

@@ -1,5 +1,5 @@
-//! Commands that the owner of a fleet sends by itself, such as `send` of the control protocol: each over the USB link of its
-//! module, as a host of its own that says nothing else.
+//! Commands that the owner of a fleet sends by itself, such as `send` of the control protocol. Each goes over the USB
+//! link of its module, as a host of its own that says nothing else.
 
 use std::task::Poll;
 
@@ -23,7 +23,7 @@ struct Inquiry {
     client: Client,
     /// Index of the module.
     module: usize,
-    /// What has come back.
+    /// The bytes that have come back.
     heard: Vec<u8>,
 }
 
@@ -42,8 +42,8 @@ impl Inquiries {
 }
 
 impl<M: VirtualModule> Fleet<M> {
-    /// Sends a command to the module with this index. [`Fleet::reply_to`] has the reply, once enough time has passed, as it
-    /// does by [`Fleet::serve`].
+    /// Sends a command to the module with this index. [`Fleet::reply_to`] has the reply, once enough time has passed,
+    /// as it does by [`Fleet::serve`].
     pub fn ask(&mut self, module: usize, command: Command) -> Client {
         self.inquiries.last += 1;
         let client = Client::of_inquiry(self.inquiries.last);

@@ -16,8 +16,8 @@ pub(super) const fn usb(client: Client) -> Place {
     if client.is_inquiry() { Place::alone("control") } else { Place::of("usb", client) }
 }
 
-/// Logs what has come to the host on the RS485 bus, each byte with its time and the index of its module, and frames that are
-/// complete on the CAN bus.
+/// Logs what has come to the host on the RS485 bus, each byte with its time and the index of its module. On the CAN bus
+/// it logs frames that are complete.
 pub(super) fn log_buses<'a>(
     log: &mut Transcript,
     bytes: impl Iterator<Item = &'a (Nanos, usize, u8)>,

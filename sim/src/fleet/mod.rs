@@ -46,10 +46,10 @@ pub struct Fleet<M = NativeModule> {
     agenda: agenda::Agenda,
     requests: requests::Requests,
     inquiries: inquiries::Inquiries,
-    /// What the modules are.
+    /// The models of the modules.
     models: Vec<Model>,
     replies: Replies,
-    /// What goes over the links, if that is logged.
+    /// The log of what goes over the links, if there is one.
     log: Option<Transcript>,
 }
 
@@ -101,9 +101,9 @@ impl Fleet {
 }
 
 impl<M: VirtualModule> Fleet<M> {
-    /// A module for each of the `members`, which are 255 at most and are numbered from 1. `start` makes a module of a member
-    /// and a seed of random numbers. The number of a module with a fresh EEPROM is its address on the buses, where its
-    /// model has one: `start` finds that in the EEPROM.
+    /// A module for each of the `members`, which are 255 at most and are numbered from 1. `start` makes a module of a
+    /// member and a seed of random numbers. The number of a module with a fresh EEPROM is its address on the buses,
+    /// where its model has one: `start` finds that in the EEPROM.
     ///
     /// # Errors
     /// The first error of `start`.
@@ -149,7 +149,7 @@ impl<M: VirtualModule> Fleet<M> {
         &self.modules
     }
 
-    /// What the module with this index is.
+    /// The product of the module with this index.
     pub fn product(&self, index: usize) -> Option<Product> {
         self.models.get(index).map(|model| model.product())
     }
@@ -160,7 +160,8 @@ impl<M: VirtualModule> Fleet<M> {
         &mut self.modules
     }
 
-    /// Switches the supply of a module off or on. Replies that are not on the wire yet are lost when it is switched off.
+    /// Switches the supply of a module off or on. Replies that are not on the wire yet are lost when it is switched
+    /// off.
     pub fn set_power(&mut self, index: usize, on: bool) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.set_power(on);
@@ -204,8 +205,8 @@ impl<M: VirtualModule> Fleet<M> {
         self.hung_up
     }
 
-    /// Disturbs the CAN controller of a module, or lets it recover. Frames that have not been sent are lost when it goes
-    /// off.
+    /// Disturbs the CAN controller of a module, or lets it recover. Frames that have not been sent are lost when it
+    /// goes off.
     pub fn set_can(&mut self, index: usize, state: CanState) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.set_can(state);
@@ -215,8 +216,8 @@ impl<M: VirtualModule> Fleet<M> {
         }
     }
 
-    /// The links that have lost bytes of hosts since the last call, and on which a module still hears nothing: what hosts
-    /// have sent there and nobody has taken is lost as well.
+    /// The links that have lost bytes of hosts since the last call, and on which a module still hears nothing. What
+    /// hosts have sent there and nobody has taken is lost as well.
     pub fn take_lost(&mut self) -> Lost {
         std::mem::take(&mut self.lost)
     }
@@ -244,8 +245,8 @@ impl<M: VirtualModule> Fleet<M> {
         self.modules.first().map_or(0, |module| module.unread(Source::Usb, client))
     }
 
-    /// Number of bytes on the RS485 bus that are not dealt with: the host's bytes that a module has not read, and
-    /// bytes of replies that the module has not begun to send, at the module with the largest number.
+    /// Number of bytes on the RS485 bus that are not dealt with, at the module with the largest number. These are the
+    /// host's bytes that the module has not read, and bytes of replies that it has not begun to send.
     pub fn unread_rs485(&self) -> usize {
         let unread =
             |(index, module): (usize, &M)| module.unread(Source::Rs485, Client::default()) + self.rs485.waiting(index);
@@ -284,8 +285,9 @@ impl<M: VirtualModule> Fleet<M> {
         self.can.heard.pop_front()
     }
 
-    /// Logs from now on what goes over the links, as [`Transcript`] has it: what hosts send when it reaches the modules, and
-    /// replies when hosts have them. Two fleets that hear the same at the same virtual times have the same log.
+    /// Logs from now on what goes over the links, as [`Transcript`] has it: what hosts send when it reaches the
+    /// modules, and replies when hosts have them. Two fleets that hear the same at the same virtual times have the same
+    /// log.
     pub fn log_telegrams(&mut self) {
         self.log = Some(Transcript::of(self.models.iter().copied()));
     }

@@ -1,5 +1,6 @@
-//! Replies of modules on their way to the hosts' ends of the links, where they may be lost, corrupted or late: the faults
-//! `reply-drop`, `reply-corrupt` and `reply-delay` of the control protocol. A module knows nothing of them.
+//! Replies of modules on their way to the hosts' ends of the links, where they may be lost, corrupted or late. These
+//! are the faults `reply-drop`, `reply-corrupt` and `reply-delay` of the control protocol. A module knows nothing of
+//! them.
 //!
 //! They are for what answers a request, on whatever link: events, echoes, emergencies, PDOs and heartbeats pass.
 
@@ -15,7 +16,7 @@ use crate::client::{Client, Sent};
 use crate::native::FirmwareKind;
 use crate::pieces::{Pieces, is_line};
 
-/// What leaves a module at the USB connector or on the CAN bus.
+/// Bytes or a frame that leave a module at the USB connector or on the CAN bus.
 #[derive(Clone, Debug)]
 pub(super) enum Leaving {
     /// Bytes to a host.
@@ -24,16 +25,16 @@ pub(super) enum Leaving {
     Frame(Frame),
 }
 
-/// What becomes of a reply.
+/// The fate of a reply.
 #[derive(Debug)]
 pub(super) enum Fate {
-    /// It goes on its way, and is there at its time.
+    /// The reply goes on its way, and is there at its time.
     Passes(Sent),
-    /// It is lost.
+    /// The reply is lost.
     Lost(Sent),
 }
 
-/// What is on its way from one module.
+/// The way of the replies from one module.
 #[derive(Debug, Default)]
 struct ReplyPath {
     /// By how much replies are late.
@@ -51,7 +52,7 @@ struct ReplyPath {
 #[derive(Debug, Default)]
 pub(super) struct Replies {
     ways: Vec<ReplyPath>,
-    /// What comes late, each with its time and the index of its module, in the order of the times.
+    /// The bytes and frames that come late, each with its time and the index of its module, in the order of the times.
     late: VecDeque<(Nanos, usize, Leaving)>,
 }
 
@@ -71,8 +72,8 @@ impl Replies {
         }
     }
 
-    /// What becomes of bytes of a module. If it sends `piecemeal`, byte by byte, its bytes are collected until a telegram or
-    /// a line is whole, as long as there are faults.
+    /// Decides the fate of bytes of a module. If it sends `piecemeal`, byte by byte, its bytes are collected until a
+    /// telegram or a line is whole, as long as there are faults.
     pub(super) fn take(&mut self, module: usize, sent: Sent, piecemeal: bool) -> Vec<Fate> {
         let Some(way) = self.ways.get_mut(module).filter(|way| way.is_faulty()) else {
             return vec![Fate::Passes(sent)];
@@ -89,8 +90,8 @@ impl Replies {
         fates
     }
 
-    /// What becomes of a frame of a module: the time at which it is there, or `None` if it is lost. Controllers repeat a
-    /// frame that was disturbed until it is intact; so a host never sees a corrupted one, and it is lost, too.
+    /// Decides the fate of a frame of a module: the time at which it is there, or `None` if it is lost. Controllers
+    /// repeat a frame that was disturbed until it is intact; so a host never sees a corrupted one, and it is lost, too.
     pub(super) fn take_frame(
         &mut self,
         module: usize,
@@ -104,7 +105,8 @@ impl Replies {
         (!lost).then_some(now + way.delay)
     }
 
-    /// Keeps what is not there before `at`. False if it is there `now`, and nothing late of the same kind is ahead of it.
+    /// Keeps what is not there before `at`. False if it is there `now`, and nothing late of the same kind is ahead of
+    /// it.
     pub(super) fn keep(&mut self, now: Nanos, at: Nanos, module: usize, leaving: &Leaving) -> bool {
         let ahead = self.late.iter().filter(|(_, of, other)| *of == module && other.is_like(leaving));
         let at = ahead.map(|(at, ..)| *at).max().map_or(at, |ahead| ahead.max(at));
@@ -135,8 +137,8 @@ impl Replies {
         self.late.iter().any(|(.., leaving)| is_its(leaving))
     }
 
-    /// Drops what is late on the USB link or on the CAN bus, because the cable of a module was pulled out, or its controller
-    /// is off.
+    /// Drops what is late on the USB link or on the CAN bus, because the cable of a module was pulled out, or its
+    /// controller is off.
     pub(super) fn cut_off(&mut self, module: usize, source: Source) {
         self.late.retain(|(_, of, leaving)| {
             let is_frame = matches!(leaving, Leaving::Frame(_));

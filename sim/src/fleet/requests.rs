@@ -1,9 +1,9 @@
 //! Time that passes on behalf of hosts: as far as their outstanding requests need for the replies, and no further.
 //!
-//! While time is paused, nothing else lets it pass unasked. A request on USB takes the millisecond of its frame, one on a
-//! bus the time of its bits. While an EEPROM works, a request is waited for without limit, else for [`PATIENCE`] at most:
-//! then it is given up, and costs no time any more. A telegram that has come in part, an event and a frame that nobody
-//! answers cost no time.
+//! While time is paused, nothing else lets it pass unasked. A request on USB takes the millisecond of its frame, one on
+//! a bus the time of its bits. While an EEPROM works, a request is waited for without limit, else for [`PATIENCE`] at
+//! most: then it is given up, and costs no time any more. A telegram that has come in part, an event and a frame that
+//! nobody answers cost no time.
 
 use hal_sim::clock::{Nanos, SECOND};
 use tmcm::can::Frame;
@@ -26,7 +26,7 @@ const PATIENCE: Nanos = SECOND;
 struct Host {
     /// Where its bytes come.
     link: What,
-    /// What it has sent of a telegram that is not whole.
+    /// The bytes that it has sent of a telegram that is not whole.
     pieces: Pieces,
 }
 
@@ -50,7 +50,7 @@ enum What {
     Frame(Frame),
 }
 
-/// What hosts wait for, and how many replies there have been.
+/// The requests that hosts wait for, and how many replies there have been.
 #[derive(Debug, Default)]
 pub(super) struct Requests {
     hosts: Vec<Host>,
@@ -89,7 +89,7 @@ impl Requests {
         self.hosts.retain(|host| host.link != *link);
     }
 
-    /// What hosts have sent of telegrams that are not whole has been lost.
+    /// Forgets the bytes that hosts have sent of telegrams that are not whole, because they have been lost.
     pub(super) fn forget_parts(&mut self) {
         self.hosts.clear();
     }
@@ -207,9 +207,9 @@ impl<M: VirtualModule> Fleet<M> {
         self.can.begin(&self.modules, self.now);
     }
 
-    /// Lets time pass up to the next event, but not beyond `latest`, on behalf of hosts that wait for replies. False if no
-    /// time has passed: nobody waits, or it is `latest` already. How far time gets in the end does not depend on how often
-    /// this is called, or on `latest`.
+    /// Lets time pass up to the next event, but not beyond `latest`, on behalf of hosts that wait for replies. False if
+    /// no time has passed: nobody waits, or it is `latest` already. How far time gets in the end does not depend on how
+    /// often this is called, or on `latest`.
     pub fn serve(&mut self, latest: Nanos) -> bool {
         self.exchange();
         self.settle();
@@ -220,14 +220,14 @@ impl<M: VirtualModule> Fleet<M> {
         true
     }
 
-    /// Number of requests of hosts that have been answered so far. Those that are carried out in silence, 137 among them,
-    /// count when they come; events, and frames that nobody has asked for, do not count.
+    /// Number of requests of hosts that have been answered so far. Those that are carried out in silence, 137 among
+    /// them, count when they come; events, and frames that nobody has asked for, do not count.
     pub fn answered(&self) -> u64 {
         self.requests.answered
     }
 
-    /// Looks who still waits for something that may come. Who has waited for too long is forgotten, but not while an EEPROM
-    /// works.
+    /// Looks who still waits for something that may come. Who has waited for too long is forgotten, but not while an
+    /// EEPROM works.
     fn settle(&mut self) {
         if self.requests.waiting.is_empty() {
             return;

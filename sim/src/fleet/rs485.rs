@@ -62,7 +62,8 @@ pub(super) struct Rs485 {
     wire: VecDeque<ByteOnWire>,
     /// The modules, by index.
     stations: Vec<Station>,
-    /// Bytes that the host has received and not taken yet, each with its time and the index of the module that it came from.
+    /// Bytes that the host has received and not taken yet, each with its time and the index of the module that it came
+    /// from.
     pub(super) heard: Vec<(Nanos, usize, u8)>,
     /// True if [`Rs485::silence`] is called after the host's telegrams, because the host does not live in virtual time.
     /// Else the modules measure the host's pauses in virtual time.

@@ -24,9 +24,10 @@ impl<M: VirtualModule> Fleet<M> {
         self.run_until(self.now + span);
     }
 
-    /// Lets a command be carried out when `delay` nanoseconds of virtual time have passed from now, however they pass. At
-    /// that time all that has arrived by then is delivered first, and replies that are on the wire stay there: `power off`
-    /// loses none of them. Commands for the same time are carried out in the order in which they were given.
+    /// Lets a command be carried out when `delay` nanoseconds of virtual time have passed from now, however they pass.
+    /// At that time all that has arrived by then is delivered first, and replies that are on the wire stay there:
+    /// `power off` loses none of them. Commands for the same time are carried out in the order in which they were
+    /// given.
     ///
     /// # Errors
     /// Those of [`Fleet::control`], or the command changes nothing. Nothing has been noted then.

@@ -1,6 +1,6 @@
-//! What a host has asked over a byte link of a module that runs its image, and what has come back. The module cannot be
-//! asked whether it will answer, so this is told from the bytes: a request waits until as many replies have come, or until
-//! the module has been silent for too long.
+//! Requests of a host over a byte link of a module that runs its image, and what has come back. The module cannot be
+//! asked whether it will answer, so this is told from the bytes. A request waits until as many replies have come, or
+//! until the module has been silent for too long.
 
 use std::collections::VecDeque;
 
@@ -10,8 +10,8 @@ use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 use crate::pieces::is_line;
 use crate::wire::answering::{is_event, is_silent_telegram};
 
-/// Longest silence of the module, in virtual time, after which a reply is expected no more. Only while its EEPROM works it
-/// may take longer.
+/// Longest silence of the module, in virtual time, after which a reply is expected no more. Only while its EEPROM works
+/// it may take longer.
 pub(super) const SILENCE: Nanos = 50 * MILLISECOND;
 
 /// Status of the event of command 138, in text.
@@ -29,7 +29,7 @@ pub(super) struct Answer {
 pub(super) struct Asked {
     /// Whole telegrams and lines, oldest first.
     open: VecDeque<Vec<u8>>,
-    /// What has come back of a telegram or line that is not whole yet.
+    /// The bytes that have come back of a telegram or line that is not whole yet.
     part: Vec<u8>,
     /// Until when a reply is expected.
     until: Nanos,
@@ -45,8 +45,8 @@ impl Asked {
         self.until = self.until.max(at + SILENCE);
     }
 
-    /// Bytes have come back, from the module or from another one that has answered in its place. The replies that end with
-    /// them, each with its request, or with none if nobody has asked.
+    /// Bytes have come back, from the module or from another one that has answered in its place. The replies that end
+    /// with them, each with its request, or with none if nobody has asked.
     pub(super) fn hear(&mut self, bytes: &[u8], at: Nanos) -> Vec<Answer> {
         self.give_up(at);
         self.until = self.until.max(at + SILENCE);
@@ -99,8 +99,8 @@ pub(super) fn is_answered(bytes: &[u8]) -> bool {
     }
 }
 
-/// True for the reply to a line, such as `BA 100 0`: what is echoed has the name of a command behind the address, and an
-/// event has a status of its own.
+/// True for the reply to a line, such as `BA 100 0`. A line that is echoed has the name of a command behind the
+/// address, and an event has a status of its own.
 fn is_text_reply(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start(), [_, _, b' ', rest @ ..] if !rest.starts_with(EVENT))
 }

@@ -1,15 +1,15 @@
 //! The USB cable of a module that runs its image: several hosts share one serial port of the module.
 //!
 //! The module cannot tell the hosts apart, so they take turns, one telegram or line each. A host has the cable until as
-//! many bytes have come back as it has sent (a reply is as long as its telegram), or until no byte has moved for a while.
-//! Bytes that come back meanwhile go to this host.
+//! many bytes have come back as it has sent, or until no byte has moved for a while. A reply is as long as its
+//! telegram. Bytes that come back meanwhile go to this host.
 //!
 //! To the module there is one connection while hosts come and go. A host may change its state: the mode (binary or
 //! ASCII), and whether position-reached events are sent. So when a host that has changed the state leaves, the cable is
 //! reset, and the remaining hosts find the link as after its start.
 //!
-//! While a host has changed the mode, other hosts cannot use the cable. As soon as another host sends bytes, the session
-//! of the first is ended: it is treated as if it had left, and its connection is closed.
+//! While a host has changed the mode, other hosts cannot use the cable. As soon as another host sends bytes, the
+//! session of the first is ended: it is treated as if it had left, and its connection is closed.
 
 use std::collections::VecDeque;
 

@@ -1,5 +1,5 @@
-//! The built-in encoder, which an image cannot read: how it is connected on a module is not known, so the emulated board
-//! does not connect it. Its parameters read 0 whatever the motor does, and a control loop over them runs away.
+//! The built-in encoder, which an image cannot read: how it is connected on a module is not known, so the emulated
+//! board does not connect it. Its parameters read 0 whatever the motor does, and a control loop over them runs away.
 
 use tmcm::can::Frame;
 use tmcm::param::AxisParameter;
@@ -20,7 +20,7 @@ pub(super) struct MissingEncoder {
 }
 
 impl MissingEncoder {
-    /// That of a module of this product, of which nothing has been told yet.
+    /// The state for a module of this product, of which nothing has been told yet.
     pub(super) fn of(product: Product) -> Self {
         MissingEncoder { product, request: None, told: false }
     }

@@ -1,4 +1,4 @@
-//! What an image says of itself: a symbol without memory, whose name has product and firmware.
+//! The mark by which an image tells what it is: a symbol without memory, whose name has product and firmware.
 
 use hal_sim::mcu::mark;
 

@@ -41,7 +41,7 @@ const USB_START: Nanos = 2 * SECOND;
 /// Time without any byte or frame after which no further reply of the module is expected.
 const QUIET: Nanos = 100 * MILLISECOND;
 
-/// What is connected to a module, and how much of its log is printed.
+/// The connections of a module, and how much of its log is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setup {
     /// True if a host is connected to USB.
@@ -58,7 +58,7 @@ pub struct ImageModule {
     /// True while the USB cable is plugged in.
     plugged: bool,
     cable: Cable,
-    /// What is asked by the host that has the cable, and on the RS485 bus.
+    /// The requests of the host that has the cable, and on the RS485 bus.
     asked_usb: Asked,
     asked_rs485: Asked,
     /// Until when a reply to a frame is expected.
@@ -72,8 +72,8 @@ pub struct ImageModule {
     encoder: MissingEncoder,
     /// When a byte or frame last went to the module or came from it.
     last_traffic: Nanos,
-    /// The next time at which bytes and frames are collected, a multiple of [`POLL`]: so it does not depend on the times
-    /// up to which the owner runs the module.
+    /// The next time at which bytes and frames are collected, a multiple of [`POLL`]: so it does not depend on the
+    /// times up to which the owner runs the module.
     poll: Nanos,
     /// When they were collected last.
     polled: Nanos,
@@ -265,7 +265,7 @@ impl ImageModule {
 }
 
 impl VirtualModule for ImageModule {
-    type Board<'a> = Part<'a, Board>;
+    type BoardMut<'a> = Part<'a, Board>;
 
     fn board_mut(&mut self) -> Part<'_, Board> {
         self.machine.board()

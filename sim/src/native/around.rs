@@ -1,4 +1,4 @@
-//! What is around a firmware on a simulated board, at one moment: its links, the CAN bus, outputs and the EEPROM.
+//! The surroundings of a firmware on a simulated board, at one moment: its links, the CAN bus, outputs and the EEPROM.
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::fault::CanState;
@@ -16,11 +16,12 @@ use super::ports::Arrived;
 use super::traffic::Traffic;
 use crate::client::Sent;
 
-/// A USB transfer takes a frame of a millisecond: no reply comes sooner. Published hosts count on that: they ask for the
-/// speed right after MVP, and would take 0 for "arrived".
+/// A USB transfer takes a frame of a millisecond: no reply comes sooner. Published hosts count on that: they ask for
+/// the speed right after MVP, and would take 0 for "arrived".
 const USB_FRAME: Nanos = MILLISECOND;
 
-/// Frames that the CANopen firmware has in a queue on their way to the controller, as on the target. Others wait in the node.
+/// Frames that the CANopen firmware has in a queue on their way to the controller, as on the target. Others wait in the
+/// node.
 const OUTGOING: usize = 16;
 
 /// The surroundings of a firmware with `AXES` axes.
@@ -84,7 +85,8 @@ impl<const AXES: usize> LinkEnds for Around<'_, AXES> {
         let at = if mode.is_some() {
             on_the_wire(source, self.arrived, now)
         } else {
-            // A late reply goes out at once, but not before the replies ahead of it, which may wait for their USB frame.
+            // A late reply goes out at once, but not before the replies ahead of it, which may wait for their USB
+            // frame.
             let ahead = self.traffic.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
             ahead.map_or(now, |ahead| ahead.max(now))
         };

@@ -17,13 +17,13 @@ use tmcm::store::{Memory, Store};
 
 /// The motion controllers and drivers on a product's board, as a firmware reaches them.
 pub trait Motion: Debug + 'static {
-    /// What an axis runs on.
+    /// The hardware that an axis runs on.
     type Hardware: Foreseeable;
 
     /// The motion controller of this number.
     fn controller(board: &SharedBoard, number: usize) -> Controller<Self::Hardware>;
 
-    /// What each axis runs on, in the order of their numbers.
+    /// The hardware that each axis runs on, in the order of their numbers.
     fn axes<const AXES: usize>(board: &SharedBoard) -> [Self::Hardware; AXES];
 }
 
@@ -83,7 +83,7 @@ impl Motion for Tmc5160s {
 
 /// A product that has a simulated board.
 pub trait Wired: Memory + 'static {
-    /// What moves its motors.
+    /// The chips that move its motors.
     type Motion: Motion;
 }
 
@@ -100,11 +100,12 @@ impl Wired for product::Tmcm1140Canopen {
     type Motion = <product::Tmcm1140 as Wired>::Motion;
 }
 
-/// A simulated board as a firmware has it, with additions `H` of a platform, for a product `P` with `N` motion controllers.
+/// A simulated board as a firmware has it, with additions `H` of a platform, for a product `P` with `N` motion
+/// controllers.
 #[derive(Debug)]
 pub struct Simulated<H, P = product::Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
 
-impl<H: Hooks, P: Wired, const N: usize> device::Board for Simulated<H, P, N> {
+impl<H: Hooks, P: Wired, const N: usize> device::Circuit for Simulated<H, P, N> {
     type Product = P;
     type Hardware = <P::Motion as Motion>::Hardware;
     type Controllers = [Controller<Self::Hardware>; N];

@@ -26,8 +26,8 @@ pub(super) trait Due {
     /// When the firmware may do something next that nobody can do in its place, so that it has to be polled.
     fn acts(&self, traffic: &Traffic) -> Nanos;
 
-    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline, which this returns, are then as
-    /// if all of them had come.
+    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline, which this returns, are
+    /// then as if all of them had come.
     fn skip(&mut self, to: Nanos, traffic: &Traffic) -> Nanos;
 }
 
@@ -44,8 +44,8 @@ impl<F: Simulable<AXES>, const AXES: usize> Due for Run<F, AXES> {
         self.calm(traffic).map_or(due, |(calm, _)| due + self.turns_until(calm.until).min(LONGEST) * MILLISECOND)
     }
 
-    /// Each turn that is polled is looked at before, also that behind others that were left out: it reads anew what follows
-    /// from positions, so that others may be left out behind it.
+    /// Each turn that is polled is looked at before, also that behind others that were left out. It reads anew what
+    /// follows from positions, so that others may be left out behind it.
     fn skip(&mut self, to: Nanos, traffic: &Traffic) -> Nanos {
         let next = self.firmware.deadline();
         let due = self.periphery.when(next);
@@ -54,8 +54,8 @@ impl<F: Simulable<AXES>, const AXES: usize> Due for Run<F, AXES> {
 }
 
 impl<F: Simulable<AXES>, const AXES: usize> Run<F, AXES> {
-    /// For how long nothing happens from the turn on that begins next, and whether a motor turns; `None` if the firmware is
-    /// in the middle of something.
+    /// For how long nothing happens from the turn on that begins next, and whether a motor turns; `None` if the
+    /// firmware is in the middle of something.
     fn calm(&self, traffic: &Traffic) -> Option<(Calm, bool)> {
         let (until, room) = self.firmware.calm().filter(|_| !traffic.has_unread())?;
         let board = self.periphery.board().borrow();
@@ -66,8 +66,8 @@ impl<F: Simulable<AXES>, const AXES: usize> Run<F, AXES> {
         Some((Calm { until: calm.until.min(self.periphery.when(until)), ..calm }, room != [0; AXES]))
     }
 
-    /// Looks at the turn that begins next, which is due. For how long turns may be left out, and whether a motor turns; `None`
-    /// if none may be.
+    /// Looks at the turn that begins next, which is due. For how long turns may be left out, and whether a motor turns;
+    /// `None` if none may be.
     fn look(&mut self, traffic: &Traffic) -> Option<(Calm, bool)> {
         let due = self.deadline();
         let calm = self.calm(traffic).filter(|(calm, _)| calm.until.min(calm.readable) >= due + MILLISECOND);
@@ -80,8 +80,9 @@ impl<F: Simulable<AXES>, const AXES: usize> Run<F, AXES> {
         calm.filter(|_| quiet.lasts(periphery.board()))
     }
 
-    /// Leaves turns out, of which the first is due at `due` and begins next, and all of which are over by `to`. Returns when
-    /// the first turn that is not left out is due. Never inlined: polls that begin no turn are not to have its stack frame.
+    /// Leaves turns out, of which the first is due at `due` and begins next, and all of which are over by `to`. Returns
+    /// when the first turn that is not left out is due. Never inlined: polls that begin no turn are not to have its
+    /// stack frame.
     #[inline(never)]
     fn leave_out(&mut self, due: Nanos, to: Nanos, traffic: &Traffic) -> Nanos {
         let Some((calm, turning)) = self.look(traffic) else { return due };

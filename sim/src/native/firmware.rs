@@ -11,7 +11,7 @@ use tmcm::vm::Machine;
 
 use crate::tracer::Tracer;
 
-/// What can be seen of a firmware, whichever it is.
+/// A view into a firmware, whichever it is.
 pub(super) trait Insight: Firmware {
     /// The position of an axis in microsteps, as the firmware read it last, and its target in the modes that have one.
     fn position(&self, axis: usize) -> Option<(i32, Option<i32>)>;
@@ -22,7 +22,7 @@ pub(super) trait Insight: Firmware {
     /// Whether the firmware acts upon a frame that has passed: others it only takes note of.
     fn is_addressed(&self, frame: &Frame) -> bool;
 
-    /// What a person should know of the start.
+    /// The message for a person about the start, if there is one.
     fn complaint(&self) -> Option<&'static str> {
         None
     }
@@ -48,7 +48,7 @@ pub(super) trait Insight: Firmware {
             .into())
     }
 
-    /// What records the commands that programs execute.
+    /// The tracer that records the commands that programs execute.
     fn tracer(&mut self) -> Option<&mut Tracer> {
         None
     }

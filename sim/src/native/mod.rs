@@ -45,7 +45,7 @@ pub struct NativeModule {
     seed: u32,
     /// Bit rate of RS485 as it was when the firmware started; `None` if it leaves the port off.
     baud: Option<u32>,
-    /// What the microcontroller's clock shows whenever the firmware starts.
+    /// The time that the microcontroller's clock shows whenever the firmware starts.
     clock: Micros,
     /// The present for those who bring bytes. A request that takes time takes the board's clock beyond the present.
     present: Nanos,
@@ -72,7 +72,7 @@ impl NativeModule {
         Self::with_clock(model, config, eeprom, seed, Micros(0))
     }
 
-    /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already: so what happens
+    /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already. So what happens
     /// after weeks, such as the wrapping of a counter of milliseconds, is seen within seconds.
     pub fn with_clock(
         model: impl Into<Model>,
@@ -104,7 +104,7 @@ impl NativeModule {
         module
     }
 
-    /// What the module is.
+    /// The model of the module.
     pub fn model(&self) -> Model {
         self.model
     }
@@ -124,8 +124,8 @@ impl NativeModule {
         self.hear(source, Client::default(), &telegram);
     }
 
-    /// Bytes of one of the clients that share a link arrive now: in the module's own time, which a request may have taken
-    /// beyond the time up to which the module was run.
+    /// Bytes of one of the clients that share a link arrive now. Now is the module's own time, which a request may have
+    /// taken beyond the time up to which the module was run.
     pub fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
         self.present = self.now();
         VirtualModule::hear(self, source, client, bytes);
@@ -164,8 +164,8 @@ impl NativeModule {
         self.firmware.as_ref()?.firmware().machine()
     }
 
-    /// Where the firmware knows the motor of an axis to be, and its target in the modes that have one, in microsteps; `None`
-    /// without power, or without such an axis. Looking costs the module no time.
+    /// Where the firmware knows the motor of an axis to be, and its target in the modes that have one, in microsteps;
+    /// `None` without power, or without such an axis. Looking costs the module no time.
     pub fn position(&self, axis: usize) -> Option<(i32, Option<i32>)> {
         self.firmware.as_ref()?.firmware().position(axis)
     }
@@ -178,13 +178,13 @@ impl NativeModule {
         })
     }
 
-    /// Leaves polls of the firmware out that change nothing, as it does from the start, or polls it each millisecond. There
-    /// is no difference but in the time that it takes.
+    /// Leaves polls of the firmware out that change nothing, as it does from the start, or polls it each millisecond.
+    /// There is no difference but in the time that it takes.
     pub fn skip(&mut self, on: bool) {
         self.skips = on;
     }
 
-    /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
+    /// The firmware's answer to a command that reads a value in its memory: at once and past all links.
     pub fn read(&mut self, command: Command) -> Option<i32> {
         let (firmware, now) = self.firmware.as_mut()?.ask();
         firmware.read(now, command)
@@ -226,8 +226,8 @@ impl NativeModule {
         }
     }
 
-    /// Lets the firmware serve requests, as long as there are any, they take no time that is not there yet and keep it from no
-    /// poll.
+    /// Lets the firmware serve requests, as long as there are any, they take no time that is not there yet and keep it
+    /// from no poll.
     fn deliver(&mut self) {
         while self.traffic.has_unread()
             && self.now() <= self.present
@@ -247,7 +247,7 @@ impl NativeModule {
 }
 
 impl VirtualModule for NativeModule {
-    type Board<'a> = RefMut<'a, Board>;
+    type BoardMut<'a> = RefMut<'a, Board>;
 
     fn board_mut(&mut self) -> RefMut<'_, Board> {
         self.board.borrow_mut()

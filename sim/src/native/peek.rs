@@ -1,4 +1,4 @@
-//! Which values of a module with the TMCL firmware can be looked at while nobody notices: at no cost of time, without a
+//! Values of a module with the TMCL firmware that can be looked at while nobody notices: at no cost of time, without a
 //! telegram, and without a change.
 
 use tmcm::module::Spec;
@@ -32,8 +32,8 @@ pub fn check(spec: &Spec, command: Command) -> Result<(), String> {
     }
 }
 
-/// For a parameter that is read from a chip: the value of the world that shows it, if there is one. `None` for a parameter in
-/// memory.
+/// For a parameter that is read from a chip: the value of the world that shows it, if there is one. `None` for a
+/// parameter in memory.
 fn of_a_chip(function: P) -> Option<Option<&'static str>> {
     match function {
         P::ActualPosition => Some(Some("position")),

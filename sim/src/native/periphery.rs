@@ -1,4 +1,4 @@
-//! What is around a firmware on a simulated board: a clock, inputs and outputs, and the keeper of the EEPROM.
+//! The periphery of a firmware on a simulated board: a clock, inputs and outputs, and the keeper of the EEPROM.
 
 use hal_sim::board::{Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, Nanos};
@@ -17,7 +17,7 @@ pub(super) fn keeper(board: &SharedBoard) -> Keeper<SimSpi> {
     Keeper::new(At25::new(board.spi(Chip::At25, AT25_HZ)))
 }
 
-/// What a person should know of the contents of the EEPROM.
+/// Messages for a person about the contents of the EEPROM.
 pub(super) fn messages(report: &LoadReport) -> Vec<String> {
     let LoadReport { foreign, valid, .. } = *report;
     let mut messages = Vec::new();
@@ -35,7 +35,7 @@ pub(super) fn messages(report: &LoadReport) -> Vec<String> {
     messages
 }
 
-/// What is around a firmware with `AXES` axes.
+/// The periphery of a firmware with `AXES` axes.
 pub(super) struct Periphery<const AXES: usize> {
     board: SharedBoard,
     signals: Signals<AXES>,
@@ -74,7 +74,7 @@ impl<const AXES: usize> Periphery<AXES> {
         self.time(self.board.now())
     }
 
-    /// What the firmware's clock shows at a virtual time.
+    /// The time that the firmware's clock shows at a virtual time.
     fn time(&self, at: Nanos) -> Micros {
         self.clock.after(Micros((at - self.started) / MICROSECOND))
     }
@@ -96,8 +96,8 @@ impl<const AXES: usize> Periphery<AXES> {
         }
     }
 
-    /// The inputs. The edges of an encoder that have been read are gone: so the inputs are read `anew` for the polls that
-    /// look at them.
+    /// The inputs. The edges of an encoder that have been read are gone: so the inputs are read `anew` for the polls
+    /// that look at them.
     pub(super) fn inputs(&mut self, anew: bool) -> &Inputs<AXES> {
         if anew {
             self.inputs = self.signals.read();

@@ -1,27 +1,27 @@
-//! The byte links of a virtual module: one [`Port`] for each client, and the bytes that wait for it.
+//! The byte links of a virtual module: one [`LinkPort`] for each client, and the bytes that wait for it.
 
 use std::collections::VecDeque;
 
-use tmcm::module::{LinkMode, LinkSettings, Message, Port, ReplyAddresses, Request, Source};
+use tmcm::module::{LinkMode, LinkPort, LinkSettings, Message, ReplyAddresses, Request, Source};
 use tmcm::tmcl::Reply;
 use tmcm::units::Micros;
 
 use crate::client::Client;
 
-/// The time of arrival of all bytes, as the ports are told it. Silences, which end unfinished telegrams, are announced by
-/// those who bring the bytes.
+/// The time of arrival of all bytes, as the ports are told it. Silences, which end unfinished telegrams, are announced
+/// by those who bring the bytes.
 const AT: Micros = Micros(0);
 
 struct Entry {
     source: Source,
     client: Client,
-    port: Port,
+    port: LinkPort,
     /// Bytes that have not been read; `None` stands for a silence between them.
     ahead: VecDeque<Option<u8>>,
 }
 
-/// The ports of all clients. The port of a new client starts in the mode that global parameter 67 had at the start of the
-/// module.
+/// The ports of all clients. The port of a new client starts in the mode that global parameter 67 had at the start of
+/// the module.
 #[derive(Default)]
 pub(crate) struct Ports {
     entries: Vec<Entry>,
@@ -56,7 +56,7 @@ impl Ports {
 
     fn entry(&mut self, source: Source, client: Client, mode: LinkMode) -> Option<&mut Entry> {
         let index = self.position(source, client).unwrap_or_else(|| {
-            self.entries.push(Entry { source, client, port: Port::new(source, mode), ahead: VecDeque::new() });
+            self.entries.push(Entry { source, client, port: LinkPort::new(source, mode), ahead: VecDeque::new() });
             self.entries.len() - 1
         });
         self.entries.get_mut(index)
@@ -80,8 +80,8 @@ impl Ports {
         }
     }
 
-    /// Reads bytes that have come over a link, as far as it is known how to, up to one that leads to something. Then it is
-    /// the next client's turn.
+    /// Reads bytes that have come over a link, as far as it is known how to, up to one that leads to something. Then it
+    /// is the next client's turn.
     pub(crate) fn next(&mut self, from: Source, settings: &LinkSettings) -> Option<Arrived> {
         let count = self.entries.len();
         let turn = self.turns.get_mut(from as usize)?;
@@ -106,7 +106,7 @@ impl Ports {
         None
     }
 
-    /// The answer to a request, or an event, as [`Port::answer`] has it.
+    /// The answer to a request, or an event, as [`LinkPort::answer`] has it.
     pub(crate) fn answer(
         &mut self,
         (source, client): (Source, Client),
@@ -130,7 +130,7 @@ impl Ports {
     /// The USB cable has been pulled out: who comes next finds a link as it is at the start, in the mode given.
     pub(crate) fn unplug_usb(&mut self, mode: LinkMode) {
         for Entry { source, port, ahead, .. } in self.entries.iter_mut().filter(|entry| entry.source == Source::Usb) {
-            *port = Port::new(*source, mode);
+            *port = LinkPort::new(*source, mode);
             ahead.clear();
         }
     }

@@ -25,14 +25,14 @@ macro_rules! choice {
             /// All products, in the order of their numbers.
             pub const ALL: [Product; [$(Product::$product),*].len()] = [$(Product::$product),*];
 
-            /// What the product is for its TMCL firmware.
+            /// The specification of the product for its TMCL firmware.
             pub fn spec(self) -> &'static Spec {
                 match self {
                     $(Product::$product => &product::$spec,)*
                 }
             }
 
-            /// What the product's board consists of.
+            /// The kind of the product's board, which tells its parts.
             pub fn kind(self) -> &'static BoardKind {
                 match self {
                     $(Product::$product => &board::$spec,)*
@@ -78,7 +78,7 @@ pub enum FirmwareKind {
     Canopen,
 }
 
-/// What a module is: a product, with one of its firmwares.
+/// The model of a module: a product, with one of its firmwares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// Any product, with its TMCL firmware.

@@ -1,17 +1,17 @@
-//! Leaves turns of a firmware out, the polls of a millisecond each, in which it would only take the same readings again: while
-//! it rests, while its program waits, and while motors turn at constant speeds. Firmware and board are then as if all turns
-//! had been polled, to the nanosecond and to the number of datagrams.
+//! Leaves turns of a firmware out, the polls of a millisecond each, in which it would only take the same readings
+//! again. It does so while the firmware rests, while its program waits, and while motors turn at constant speeds.
+//! Firmware and board are then as if all turns had been polled, to the nanosecond and to the number of datagrams.
 //!
-//! Whether turns may be left out is for the firmware and the board to say: the firmware tells what it acts upon, and the
-//! board how long nothing of that happens. What a firmware knows is as old as its readings, which it takes in rotation. So
-//! before turns are left out, a whole rotation has been polled since anything has happened, by which the firmware knows all
-//! that there is to know; and where motors turn, enough turns are polled behind them to bring everything up to date that
-//! follows from positions and loads.
+//! Whether turns may be left out is for the firmware and the board to say. The firmware tells what it acts upon, and
+//! the board how long nothing of that happens. What a firmware knows is as old as its readings, which it takes in
+//! rotation. So before turns are left out, a whole rotation has been polled since anything has happened, by which the
+//! firmware knows all that there is to know. Where motors turn, enough turns are polled behind them to bring everything
+//! up to date that follows from positions and loads.
 
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, Nanos};
 
-/// What is known of the turns that were polled.
+/// Knowledge of the turns that were polled.
 pub(super) struct Quiet {
     /// Number of turns in a row that were polled and in which nothing happened.
     turns: usize,
@@ -25,7 +25,7 @@ pub(super) struct Quiet {
     last: usize,
 }
 
-/// What a turn has done.
+/// The effects of a turn.
 #[derive(Clone, Default)]
 struct Turn {
     /// The number of datagrams that each chip has got.
@@ -51,8 +51,8 @@ impl Quiet {
         self.turns > self.rotation.len() && self.changes == board.changes()
     }
 
-    /// A turn is to begin at `due`, in which nothing happens. In the turn before it was asked at `asked` whether the EEPROM is
-    /// to be looked after.
+    /// A turn is to begin at `due`, in which nothing happens. In the turn before it was asked at `asked` whether the
+    /// EEPROM is to be looked after.
     pub(super) fn begin(&mut self, board: &Board, due: Nanos, asked: Nanos) {
         let changes = std::mem::replace(&mut self.changes, board.changes());
         if changes != self.changes {
@@ -74,8 +74,8 @@ impl Quiet {
         self.note(board, due);
     }
 
-    /// So many rotations are left out, of which the first was to begin at `due`: counts their datagrams. Returns the times at
-    /// which it would have been asked whether the EEPROM is to be looked after.
+    /// So many rotations are left out, of which the first was to begin at `due`: counts their datagrams. Returns the
+    /// times at which it would have been asked whether the EEPROM is to be looked after.
     pub(super) fn pass<'a>(
         &'a mut self,
         board: &mut Board,

@@ -1,4 +1,5 @@
-//! A firmware that runs on a simulated board: what a [`NativeModule`](super::NativeModule) needs of it, whichever it is.
+//! A firmware that runs on a simulated board: what a [`NativeModule`](super::NativeModule) needs of it, whichever it
+//! is.
 
 use hal_sim::board::SharedBoard;
 use tmcm::firmware::{OnBoard, pass_on};
@@ -43,9 +44,9 @@ pub(super) trait Running: Due {
 /// How a firmware is started.
 pub(super) struct Start<'a> {
     pub(super) board: &'a SharedBoard,
-    /// What the microcontroller's clock shows at the start.
+    /// The time that the microcontroller's clock shows at the start.
     pub(super) clock: Micros,
-    /// What the firmware has kept before a restart.
+    /// The words that the firmware has kept before a restart.
     pub(super) kept: Option<[u32; 2]>,
     /// Starts the random numbers.
     pub(super) seed: u32,
@@ -58,7 +59,7 @@ pub(super) fn start<F, H: Hooks, P: Wired, const AXES: usize, const N: usize>(
     Start { board, clock, kept, seed, tracing }: Start<'_>,
 ) -> (Box<dyn Running>, Vec<String>)
 where
-    F: Simulable<AXES> + OnBoard<AXES, Board = Simulated<H, P, N>>,
+    F: Simulable<AXES> + OnBoard<AXES, Circuit = Simulated<H, P, N>>,
 {
     let mut keeper = keeper(board);
     let mut report = LoadReport::default();
@@ -86,7 +87,8 @@ impl<F: Simulable<AXES>, const AXES: usize> Running for Run<F, AXES> {
             if let Some(outputs) = firmware.poll(now, inputs) {
                 break (now, outputs);
             }
-            // While the deadline stays, it is past, and another piece comes next; but what a link has brought goes first.
+            // While the deadline stays, it is past, and another piece comes next; but what a link has brought goes
+            // first.
             if firmware.deadline() != due || traffic.has_unread() {
                 return false;
             }

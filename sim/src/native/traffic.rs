@@ -9,7 +9,7 @@ use tmcm::module::{LinkMode, Source};
 use super::ports::Ports;
 use crate::client::{Client, Sent};
 
-/// What is on its way, and which clients wait for what.
+/// Bytes and frames on their way, and which clients wait for what.
 #[derive(Default)]
 pub(super) struct Traffic {
     /// The module's ends of its byte links.

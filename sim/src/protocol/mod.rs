@@ -1,8 +1,8 @@
 //! The control protocol of `tmcl sim`: one line of text in, one request out. The commands for the world around a module
 //! are those of [`hal_sim::control`]; here are those about time, and what becomes of a line that is neither.
 //!
-//! Reading a line carries nothing out. Everything that can be wrong with a command but for the moment at which it comes is
-//! found here, because a step may not be refused in its middle.
+//! Reading a line carries nothing out. Everything that can be wrong with a command but for the moment at which it comes
+//! is found here, because a step may not be refused in its middle.
 
 mod quantity;
 mod speed;
@@ -23,7 +23,7 @@ pub const SHORTEST_INTERVAL: Nanos = 100 * MICROSECOND;
 /// The value that each line of a watch begins with.
 pub const TIME: &str = "time_us";
 
-/// What a line asks for.
+/// The request of a line.
 #[derive(Clone, Debug)]
 pub enum Request {
     /// A command for the world around a module.
@@ -43,7 +43,7 @@ pub enum Request {
     RunUntil {
         /// Index of the module whose values are looked at.
         module: usize,
-        /// What is to hold.
+        /// The condition that is to hold.
         condition: Condition,
         /// How much time passes at most.
         longest: Nanos,
@@ -240,7 +240,7 @@ fn unknown(name: &str) -> String {
     unknown_among(name, Request::names().collect())
 }
 
-/// What to say of a name that is no command for the world, where there is no other.
+/// The message about a name that is no command for the world, where there is no other.
 pub(crate) fn unknown_in_the_world(name: &str) -> String {
     unknown_among(name, control::USAGE.iter().map(|(name, _)| *name).filter(|name| *name != "state").collect())
 }

@@ -22,8 +22,8 @@ enum Source {
 }
 
 impl Quantity {
-    /// Takes a value from the front of `words` - `rotor`, `rotor 2`, `GAP 4, 0` - and gives the words behind it. `kind` is the
-    /// board's.
+    /// Takes a value from the front of `words` - `rotor`, `rotor 2`, `GAP 4, 0` - and gives the words behind it. `kind`
+    /// is the board's.
     ///
     /// # Errors
     /// There is no such value; the message says what to write instead.
@@ -74,7 +74,7 @@ fn end_of_command(words: &[&str]) -> usize {
     end
 }
 
-/// What is to be seen of a module without letting time pass.
+/// The values that can be seen of a module without letting time pass.
 pub struct Seen<'a, M>(pub &'a mut M);
 
 impl<M: VirtualModule> Values for Seen<'_, M> {

@@ -1,6 +1,6 @@
-//! Conditions such as `rotor 2 = 5000 +- 10` and `GAP 1, 0 between $x and $x + 5`: read from text without anything being
-//! run, and evaluated over whoever knows the values. Scenario files state with them what must be so, and the control
-//! protocol's `run-until` what it waits for.
+//! Conditions such as `rotor 2 = 5000 +- 10` and `GAP 1, 0 between $x and $x + 5`. They are read from text without
+//! anything being run, and evaluated over whoever knows the values. Scenario files state with them what must be so, and
+//! the control protocol's `run-until` what it waits for.
 
 use hal_sim::board::BoardKind;
 use tmcm::tmcl::{Command, Field, Instruction, Opcode, text};
@@ -13,7 +13,7 @@ use crate::suggest::suggestion;
 
 /// Where the values of a condition come from.
 pub trait Values {
-    /// What the world shows.
+    /// The value that the world shows.
     ///
     /// # Errors
     /// The reason why it does not show this.
@@ -38,11 +38,11 @@ pub trait Values {
     fn remembered(&self, name: &str) -> Option<f64>;
 }
 
-/// What decimal fractions may be off by, because they are stored as binary ones: `supply = 24.1 - 0.1` is to be met at
-/// 24.0 V. Whole numbers are exact.
+/// The difference by which decimal fractions may be off, because they are stored as binary ones: `supply = 24.1 - 0.1`
+/// is to be met at 24.0 V. Whole numbers are exact.
 const ROUNDING: f64 = 1e-9;
 
-/// What a condition may speak of.
+/// The values and names that a condition may speak of.
 #[derive(Clone, Copy, Debug)]
 pub struct Vocabulary<'a> {
     /// The board whose world shows values.
@@ -107,7 +107,7 @@ enum Term {
     Read(Template),
     /// An object of a CANopen node.
     Object(Object),
-    /// What a program does: see [`PROGRAM`].
+    /// The state of a program: see [`PROGRAM`].
     Program,
     /// The address of its next command.
     Counter,
@@ -167,7 +167,7 @@ impl Condition {
         Ok(Condition { left, relation: Box::new(relation) })
     }
 
-    /// What the values are if the condition is not met, `None` if it is.
+    /// The values, in words, if the condition is not met; `None` if it is.
     ///
     /// # Errors
     /// A value could not be had.
@@ -346,8 +346,8 @@ impl Template {
         let mut operands = Vec::new();
         if separated && !matches!(tokens.peek(), None | Some(Token::Symbol("->"))) {
             loop {
-                // A word of the command, as in MVP ABS, is one even where the program has a name like it. Other names of
-                // the program, and those of the world, are values.
+                // A word of the command, as in MVP ABS, is one even where the program has a name like it. Other names
+                // of the program, and those of the world, are values.
                 let is_word = |word: &str| {
                     let known = vocabulary.constant(word).is_some() || Look::named(word, None, vocabulary.kind).is_ok();
                     !known || is_operand(&name, word)

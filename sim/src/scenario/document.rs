@@ -15,7 +15,7 @@ use super::step::Step;
 use super::{Case, Mistake, Scenario, SourceLine, eeprom};
 use crate::native::{FirmwareKind, Model, Product};
 
-/// What a file does not say by itself.
+/// Facts that a file does not say by itself.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// The folder of the file, in which files that it names are looked for.
@@ -26,7 +26,7 @@ pub struct Surroundings<'a> {
     pub firmware: FirmwareKind,
     /// The world of scenarios that have none, as the text of a world file.
     pub world: &'a str,
-    /// What makes programs of the files that scenarios load.
+    /// The function that makes programs of the files that scenarios load.
     pub assemble: &'a Assemble<'a>,
 }
 
@@ -78,7 +78,7 @@ fn without_comment(line: &str) -> &str {
     line.split_once('#').map_or(line, |(text, _)| text).trim_end()
 }
 
-/// What tells a case from the others of its scenario.
+/// The label that tells a case from the others of its scenario.
 fn label(parameters: &Parameters) -> String {
     parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
 }

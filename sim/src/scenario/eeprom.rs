@@ -1,5 +1,5 @@
-//! The contents of an EEPROM in lines: `01A0: 12 34`, the address and the bytes from there on, in hexadecimal. What no line
-//! tells is 0xFF, as in an EEPROM that nobody has written.
+//! The contents of an EEPROM in lines: `01A0: 12 34`, the address and the bytes from there on, in hexadecimal. What no
+//! line tells is 0xFF, as in an EEPROM that nobody has written.
 
 use super::{Mistake, SourceLine};
 

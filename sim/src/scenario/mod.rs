@@ -1,5 +1,5 @@
-//! Scenario files: behaviour of a module written down so that whoever knows the manual can read it, add to it and run it.
-//! `docs/scenarios.md` describes the language.
+//! Scenario files: behaviour of a module written down so that whoever knows the manual can read it, add to it and run
+//! it. `docs/scenarios.md` describes the language.
 //!
 //! * [`condition`] - conditions and the values in them, which the control protocol uses as well
 //! * [`program`] - the TMCL programs that scenarios load
@@ -55,7 +55,7 @@ pub trait Rig {
     /// # Errors
     /// As for [`control`](Self::control).
     fn control_at(&mut self, delay: Nanos, line: &Line) -> Result<(), String>;
-    /// What the world shows.
+    /// The value that the world shows.
     fn look(&mut self, look: &Look) -> f64;
     /// Virtual time since the board was first switched on.
     fn now(&mut self) -> Nanos;
@@ -78,12 +78,12 @@ struct SourceLine {
     text: String,
 }
 
-/// What is wrong in a file, and in which line.
+/// A mistake in a file, and the line that it is in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
     /// The line, counted from 1.
     pub line: usize,
-    /// What is wrong, and what to write instead.
+    /// The mistake, in words, and what to write instead.
     pub message: String,
 }
 
@@ -96,11 +96,11 @@ impl Mistake {
 /// A scenario: what happens to a fresh module, once for each of its cases.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// What is written behind `==`.
+    /// The text that is written behind `==`.
     pub title: String,
     /// The line of the title.
     pub line: usize,
-    /// One for each combination of its parameters; or what is wrong with the scenario.
+    /// A case for each combination of its parameters; or the mistake in the scenario.
     pub cases: Result<Vec<Case>, Mistake>,
 }
 

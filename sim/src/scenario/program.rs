@@ -11,7 +11,7 @@ pub struct Program {
     pub commands: Vec<tmcm::tmcl::Command>,
     /// Labels with their addresses, and constants with their values. Upper and lower case are the same.
     pub names: Vec<(String, i64)>,
-    /// Those of the names that are labels.
+    /// The names that are labels.
     pub labels: Vec<String>,
 }
 

@@ -43,7 +43,7 @@ pub fn run_case(case: &Case, rig: impl Rig) -> Result<(), Mistake> {
     Ok(())
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(super) fn said(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
     text.unwrap_or("nothing").into()

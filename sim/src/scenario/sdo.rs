@@ -1,5 +1,5 @@
-//! The objects of a CANopen node as scenarios read and write them: by expedited SDO transfers, with types that the scenario
-//! names, so that it does not depend on what the firmware believes an object to be.
+//! The objects of a CANopen node as scenarios read and write them, by expedited SDO transfers. The scenario names the
+//! types, so that it does not depend on what the firmware believes an object to be.
 
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
 
@@ -24,7 +24,7 @@ pub struct Object {
     signed: bool,
 }
 
-/// What a node answers to a request.
+/// The answer of a node to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
     /// The object has been written.
@@ -76,7 +76,7 @@ impl Object {
         frame(REQUEST + u16::from(NODE), [command, low, high, self.sub, a, b, c, d])
     }
 
-    /// What a frame of the node says about the object; `None` if it is no reply to a request for it.
+    /// The answer about the object in a frame of the node; `None` if it is no reply to a request for it.
     pub(super) fn answer(self, frame: &Frame) -> Option<Result<Answer, String>> {
         let [command, low, high, sub, data @ ..] = frame.bytes();
         let is_reply = is(frame, REPLY + u16::from(NODE)) && [low, high] == self.index.to_le_bytes() && sub == self.sub;

@@ -1,12 +1,12 @@
-//! What stands above the steps, for one scenario or for all of a file: product, firmware and world of the module, and the
-//! tables of parameters.
+//! Settings that stand above the steps, for one scenario or for all of a file: product, firmware and world of the
+//! module, and the tables of parameters.
 
 use std::collections::BTreeMap;
 
 use super::token::in_word;
 use super::{Mistake, SourceLine};
 
-/// One combination of parameters: name and value, as text.
+/// A combination of parameters: name and value, as text.
 pub(super) type Parameters = BTreeMap<String, String>;
 
 /// The settings, with the lines that they stand in. Parameters have not been put into them yet.
@@ -17,7 +17,7 @@ pub(super) struct Settings {
     pub(super) world: Option<World>,
     pub(super) tables: Vec<Vec<Parameters>>,
     pub(super) not_on_image: Option<String>,
-    /// What the EEPROM has, in lines.
+    /// The contents of the EEPROM, in lines.
     pub(super) eeprom: Option<Vec<SourceLine>>,
 }
 
@@ -30,17 +30,17 @@ pub(super) enum World {
     Lines(Vec<SourceLine>),
 }
 
-/// What a setting begins with.
+/// The beginnings of settings.
 pub(super) const HEADS: [&str; 6] = ["product:", "firmware:", "world:", "eeprom:", "not on the image:", "for "];
-/// Those that have lines below them.
+/// The settings that have lines below them.
 const WITH_LINES: [&str; 2] = ["world:", "eeprom:"];
 
 /// Most cases of a scenario. More are a mistake, such as a table for each bit of something.
 const MOST_CASES: usize = 10_000;
 
 impl Settings {
-    /// Takes settings from the front of `lines`, and gives the lines behind them. They replace those in `common`, and tables
-    /// those with a name in common.
+    /// Takes settings from the front of `lines`, and gives the lines behind them. They replace those in `common`, and
+    /// tables those with a name in common.
     pub(super) fn read(lines: &[SourceLine], common: Settings) -> Result<(Settings, &[SourceLine]), Mistake> {
         let mut settings = Settings::default();
         let mut rest = lines;
@@ -64,7 +64,7 @@ impl Settings {
         }
     }
 
-    /// These settings, and where they say nothing those in `common`.
+    /// Merges settings: takes these, and where they say nothing those in `common`.
     fn over(self, common: Settings) -> Settings {
         let mut tables = common.tables;
         tables.retain(|table| !self.has_name_of(table));

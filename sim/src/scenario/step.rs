@@ -1,4 +1,4 @@
-//! One line of a scenario: a step.
+//! A line of a scenario: a step.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::token::{Token, Tokens};
 use crate::protocol::{is_about_the_world, unknown_in_the_world};
 use crate::suggest::suggestion;
 
-/// What a line says.
+/// The step that a line says.
 #[derive(Clone, Debug)]
 pub(super) enum Step {
     /// A TMCL command and what it must answer.
@@ -39,20 +39,21 @@ pub(super) enum Step {
     Load(Arc<Program>),
     /// The program is started, at an address or where it stands.
     Run(Option<u16>),
-    /// An object of a CANopen node is written, or read with no interest in its value; the abort code that this must bring.
+    /// An object of a CANopen node is written, or read with no interest in its value; the abort code that this must
+    /// bring.
     Sdo { object: Object, value: Option<Sum>, abort: Option<u32> },
     /// A frame is sent.
     Frame(Frame),
 }
 
-/// What a command must answer.
+/// The answer that a command must have.
 #[derive(Clone, Debug)]
 pub(super) enum Answer {
     Status { status: u8, value: Option<Sum> },
     Nothing,
 }
 
-/// What a frame must have: its identifier, and the bytes that its data begin with.
+/// The pattern that a frame must fit: its identifier, and the bytes that its data begin with.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
     pub(super) id: u16,

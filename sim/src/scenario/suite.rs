@@ -13,11 +13,11 @@ use super::{Case, Mistake, Rig, Scenario, run_case};
 pub struct File {
     /// The file's name, as messages show it.
     pub name: String,
-    /// What [`read`](super::read) has found in it.
+    /// The scenarios that [`read`](super::read) has found in it.
     pub scenarios: Vec<Scenario>,
 }
 
-/// What begins a case.
+/// The beginning of a case.
 #[derive(Debug)]
 pub enum Start<R> {
     /// The module is ready.
@@ -28,7 +28,7 @@ pub enum Start<R> {
     Failed(String),
 }
 
-/// What has become of a case.
+/// The outcome of a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All steps did what they say.
@@ -44,7 +44,7 @@ pub enum Outcome {
 pub struct Row {
     /// The parameters and their values; empty if the scenario has none.
     pub label: String,
-    /// What has become of it.
+    /// The outcome of the case.
     pub outcome: Outcome,
     /// The time that it took.
     pub took: Duration,
@@ -57,9 +57,10 @@ pub struct Report {
     pub file: String,
     /// The line of its title.
     pub line: usize,
-    /// Its title.
+    /// The title of the scenario.
     pub title: String,
-    /// Its cases, in the order of its tables; for a scenario that cannot be read a single one, which says why.
+    /// The cases of the scenario, in the order of its tables; for a scenario that cannot be read a single one, which
+    /// says why.
     pub rows: Vec<Row>,
 }
 
@@ -82,7 +83,7 @@ impl Report {
         })
     }
 
-    /// What has become of the scenario, in a few words.
+    /// The outcome of the scenario, in a few words.
     pub fn verdict(&self) -> String {
         let count = |wanted: fn(&Outcome) -> bool| self.rows.iter().filter(|row| wanted(&row.outcome)).count();
         let failed = count(|outcome| matches!(outcome, Outcome::Failed(_)));
@@ -119,7 +120,7 @@ impl Entry<'_> {
     }
 }
 
-/// What the threads share.
+/// The data that the threads share.
 struct Shared<'a, T> {
     entries: VecDeque<Entry<'a>>,
     /// Scenario and case of those that have not begun.

@@ -12,14 +12,14 @@ pub(super) enum Token {
     Word(String),
     /// `$word`, without the dollar sign.
     Name(String),
-    /// One of [`SYMBOLS`].
+    /// A symbol of [`SYMBOLS`].
     Symbol(&'static str),
 }
 
 /// Longer ones first.
 const SYMBOLS: &[&str] = &["->", "+-", "<=", ">=", "!=", "=", "<", ">", "+", "-", "&", ",", ":"];
 
-/// What names are made of.
+/// True for characters that names are made of.
 pub(super) fn in_word(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
@@ -83,7 +83,7 @@ impl Tokens {
         }
     }
 
-    /// That nothing is left; the error names what is.
+    /// Checks that nothing is left; the error names what is.
     pub(super) fn end(&self) -> Result<(), String> {
         match self.peek() {
             None => Ok(()),

@@ -1,4 +1,4 @@
-//! Which requests of TMCL get a reply, and which messages of a module are none.
+//! Requests of TMCL that get a reply, and messages of a module that are none.
 
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::{CONFIRMATION, Command, Opcode, Status};

@@ -1,5 +1,5 @@
-//! Frames of CANopen (CiA 301) in words. Each is read by itself: what a PDO carries depends on its mapping, and what the
-//! segments of a long SDO transfer belong to on its beginning, so neither is told.
+//! Frames of CANopen (CiA 301) in words. Each is read by itself. What a PDO carries depends on its mapping, and what
+//! the segments of a long SDO transfer belong to on its beginning, so neither is told.
 
 use tmcm::can::{CanFrame, Frame};
 use tmcm::canopen::{Abort, COMMAND, CONTROL, Emergency, Entry, SDO_REPLY, SDO_REQUEST, Type};
@@ -13,7 +13,7 @@ const FIRST_PDO: u16 = 0x180;
 /// The bits of the node ID in an identifier.
 const NODE: u16 = 0x07F;
 
-/// What a frame with this identifier says.
+/// The meaning of a frame with this identifier.
 pub(super) fn meaning(id: u16, frame: &Frame) -> String {
     let (node, data, function) = (id & NODE, frame.data(), id & !NODE);
     let asks = frame.is_remote_frame();
@@ -76,7 +76,7 @@ fn emergency(node: u16, data: &[u8]) -> String {
     format!("EMCY of {node}: {code:04X}h {meaning}, error register {register:02X}h")
 }
 
-/// What a client asks of an SDO server.
+/// The request of a client to an SDO server.
 fn request(data: &[u8]) -> String {
     let Some(&[head, .., d, e, f, g]) = data.first_chunk::<8>() else { return few(data) };
     let object = Place::of(data);
@@ -91,7 +91,7 @@ fn request(data: &[u8]) -> String {
     }
 }
 
-/// What an SDO server answers.
+/// The answer of an SDO server.
 fn reply(data: &[u8]) -> String {
     let Some(&[head, .., d, e, f, g]) = data.first_chunk::<8>() else { return few(data) };
     let object = Place::of(data);

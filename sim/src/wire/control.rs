@@ -12,7 +12,8 @@ pub(super) fn command(command: Command) -> Cow<'static, str> {
     }
 }
 
-/// What a control command asks for (manual section 3.7.38); `None` for a command that has a mnemonic, or is unknown.
+/// The request of a control command, in words (manual section 3.7.38); `None` for a command that has a mnemonic, or is
+/// unknown.
 fn what(command: Command) -> Option<&'static str> {
     Some(match Opcode::from_number(command.opcode)? {
         Opcode::StopApplication => "stop program",

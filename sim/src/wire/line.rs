@@ -42,7 +42,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Which way something goes.
+/// The direction in which something goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
     /// From a host to the modules.

@@ -1,10 +1,10 @@
-//! What goes over the wires, in words: telegrams, lines of ASCII mode, and frames of TMCL and CANopen. Nothing here sends
-//! anything.
+//! The traffic on the wires, in words: telegrams, lines of ASCII mode, and frames of TMCL and CANopen. Nothing here
+//! sends anything.
 //!
 //! * [`Answer`], [`Reply`], [`Meaning`] - a reply by the command that it answers: its parts, and these in words
 //! * [`names`] - what the tables of a product say about a command
-//! * [`Transcript`] - a line of text for each telegram and frame, in their order: the log of `tmcl sim --log-telegrams`, and
-//!   of the other commands on the host's side
+//! * [`Transcript`] - a line of text for each telegram and frame, in their order: the log of `tmcl sim
+//!   --log-telegrams`, and of the other commands on the host's side
 
 mod answer;
 pub(crate) mod answering;

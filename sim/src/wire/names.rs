@@ -1,4 +1,4 @@
-//! What the tables of a product say about a command: the parameter that it is about, and the units of values.
+//! The entries about a command in the tables of a product: the parameter that it is about, and the units of values.
 
 use tmcm::module::Spec;
 use tmcm::param::{AxisParameter, Interrupt, Row, Unit};
@@ -46,8 +46,8 @@ pub fn speed_unit(product: Product) -> Unit {
     product.spec().axis.row(AxisParameter::TargetSpeed).map_or(Unit::Number, |row| row.unit)
 }
 
-/// A unit as it is printed behind a value. `in_chip` says that the axis has its speeds and accelerations in units of its
-/// chip, by its unit mode.
+/// A unit as it is printed behind a value. `in_chip` says that the axis has its speeds and accelerations in units of
+/// its chip, by its unit mode.
 pub fn symbol(unit: Unit, in_chip: bool) -> &'static str {
     match unit {
         Unit::Pps | Unit::Pps2 if in_chip => "chip",

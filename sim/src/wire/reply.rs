@@ -30,10 +30,10 @@ pub struct Reply {
     /// The name of what the value is of.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// What the module says of itself, or a command of its program.
+    /// The text that the module says of itself, or a command of its program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
-    /// What is wrong with bytes that are no reply to the command.
+    /// The mistake in bytes that are no reply to the command.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }

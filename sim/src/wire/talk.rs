@@ -1,4 +1,4 @@
-//! What a host and the modules on its link say to each other: bytes are cut into telegrams and lines, and each reply finds
+//! The talk between a host and the modules on its link: bytes are cut into telegrams and lines, and each reply finds
 //! the command that it answers.
 
 use std::collections::VecDeque;
@@ -22,7 +22,7 @@ pub(super) struct Said {
     /// The bytes in hexadecimal.
     pub(super) bytes: String,
     pub(super) meaning: String,
-    /// What the module has told that it is.
+    /// The product that the module has told that it is.
     pub(super) product: Option<Product>,
 }
 
@@ -32,11 +32,11 @@ impl Said {
     }
 }
 
-/// One direction of a link.
+/// A direction of a link.
 #[derive(Debug, Default)]
 struct Speaker {
     pieces: Pieces,
-    /// What came last was a line, or led to ASCII mode.
+    /// True if what came last was a line, or led to ASCII mode.
     types: bool,
 }
 

@@ -20,7 +20,7 @@ fn plain(status: Status, opcode: u8, value: i32) -> binary::Telegram {
     binary::encode_reply(2, 1, &Reply::Plain { status, opcode, value })
 }
 
-/// What is written behind the direction, without padding.
+/// The texts behind the direction, without padding.
 fn said(log: &mut Transcript) -> Vec<String> {
     let text = log.take();
     let behind = |line: &str| line.split(['>', '<']).nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");

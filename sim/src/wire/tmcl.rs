@@ -60,7 +60,7 @@ pub(super) fn reply(product: Option<Product>, command: Option<Command>, telegram
     }
 }
 
-/// What a module has told that it is, in the reply to command 136, type 1.
+/// The product that a module has told that it is, in the reply to command 136, type 1.
 pub(super) fn product(command: Command, telegram: &Telegram) -> Option<Product> {
     let asked = (command.opcode, command.kind) == (Opcode::FirmwareVersion as u8, 1);
     let Received { value, .. } = binary::decode_reply(telegram).filter(|_| asked)?;
@@ -70,11 +70,11 @@ pub(super) fn product(command: Command, telegram: &Telegram) -> Option<Product> 
 /// How well a telegram fits a command as its reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fit {
-    /// It has the number of the command.
+    /// The telegram has the number of the command.
     Plain,
-    /// It has a form of its own, which has no room for the number.
+    /// The telegram has a form of its own, which has no room for the number.
     Special,
-    /// It refuses a checksum, and so knows no number.
+    /// The telegram refuses a checksum, and so knows no number.
     Refusal,
 }
 
@@ -118,7 +118,7 @@ pub(super) fn plain_in_frame(data: &[u8]) -> Option<Telegram> {
     Some(telegram)
 }
 
-/// What is wrong with bytes that are no telegram.
+/// The mistake in bytes that are no telegram.
 pub(super) fn torn(bytes: &[u8]) -> String {
     format!("torn: {} of {TELEGRAM} bytes", bytes.len())
 }

@@ -10,8 +10,8 @@ use crate::native::{FirmwareKind, Model, Product};
 /// The name of the CAN bus.
 pub const CAN: &str = "can";
 
-/// What goes over the links of modules, as text. A line has the time in seconds, the link with its host, the direction (`>`
-/// goes to the modules, `<` comes from them), the bytes and what they say:
+/// The traffic on the links of modules, as text. A line has the time in seconds, the link with its host, the direction
+/// (`>` goes to the modules, `<` comes from them), the bytes and what they say:
 ///
 /// ```text
 ///     0.012000  usb 3    >  01 06 01 00 00 00 00 00 08  to 1: GAP 1, 0
@@ -21,9 +21,9 @@ pub const CAN: &str = "can";
 pub struct Transcript {
     text: String,
     talks: Vec<(Place, Talk)>,
-    /// What the modules are; `None` for one of which that is not known.
+    /// The products of the modules; `None` for one of which that is not known.
     products: Vec<Option<Product>>,
-    /// What is spoken on the CAN bus.
+    /// The firmware whose language is spoken on the CAN bus.
     firmware: FirmwareKind,
 }
 
@@ -36,8 +36,8 @@ impl Transcript {
         Transcript { text: String::new(), talks: Vec::new(), products, firmware }
     }
 
-    /// The log of a module that speaks TMCL, and of which it may be known what it is. If it is not known, values have names
-    /// and units only from then on that the module has told what it is.
+    /// The log of a module that speaks TMCL, and of which it may be known what it is. If it is not known, values have
+    /// names and units only from then on that the module has told what it is.
     pub fn of_module(product: Option<Product>) -> Self {
         Transcript { text: String::new(), talks: Vec::new(), products: vec![product], firmware: FirmwareKind::Tmcl }
     }

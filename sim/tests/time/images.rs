@@ -20,11 +20,11 @@ const SLICES: [Slices; 2] = [Slices::Equal(MILLISECOND), Slices::Random(150 * MI
 /// Modules that run the image of a firmware.
 fn paused(firmware: FirmwareKind, modules: usize) -> Paused<ImageModule> {
     let name = match firmware {
-        FirmwareKind::Tmcl => fw::TMCL,
-        FirmwareKind::Canopen => fw::CANOPEN,
+        FirmwareKind::Tmcl => xtask::TMCL,
+        FirmwareKind::Canopen => xtask::CANOPEN,
     };
-    let target = fw::programs().unwrap().join("..");
-    let elf = std::fs::read(fw::image(&target, name).unwrap().path).unwrap();
+    let target = xtask::programs().unwrap().join("..");
+    let elf = std::fs::read(xtask::image(&target, name).unwrap().path).unwrap();
     let member = Member { model: Model::from(firmware), world: &WorldConfig::default(), eeprom: None };
     let mut usb = true;
     let fleet = Fleet::start(&vec![member; modules], 1, |Member { model, world, eeprom }, seed| {

@@ -1,4 +1,4 @@
-//! Time under the control of a fleet's owner: it passes on behalf of outstanding requests and no further, commands are
+//! Time under the control of a fleet's owner. It passes on behalf of outstanding requests and no further, commands are
 //! carried out at their times, and nothing depends on how the owner slices time.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]

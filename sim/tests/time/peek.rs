@@ -1,4 +1,5 @@
-//! Values of a module that are looked at past all links: what can be had is what a telegram would read, and costs nothing.
+//! Values of a module that are looked at past all links: what can be had is what a telegram would read, and costs
+//! nothing.
 
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode, Status};

@@ -57,7 +57,7 @@ pub(crate) struct Paused<M = NativeModule> {
 }
 
 impl Paused {
-    /// One TMCM-1140.
+    /// A fleet of one TMCM-1140.
     pub(crate) fn new() -> Self {
         Self::of(Model::default(), 1)
     }
@@ -76,7 +76,7 @@ impl<M: VirtualModule> Paused<M> {
         self.fleet.now() - begun
     }
 
-    /// What has been sent over the USB link of module 1.
+    /// The messages that have been sent over the USB link of module 1.
     pub(crate) fn sent(&mut self) -> Vec<Sent> {
         std::iter::from_fn(|| self.fleet.sent()).map(|(module, sent)| (module == 0).then_some(sent).unwrap()).collect()
     }

@@ -1,4 +1,4 @@
-//! What arrives when does not depend on how the owner of a fleet slices time.
+//! The times of arrivals do not depend on how the owner of a fleet slices time.
 
 use std::fmt::Write as _;
 
@@ -144,8 +144,8 @@ pub(crate) fn compared(others: &[Slices], run: impl Fn(Slices) -> String) -> Str
     expected
 }
 
-/// Traffic of modules with the TMCL firmware on all links, of which some is served and some comes meanwhile, with events
-/// of the world.
+/// Traffic of modules with the TMCL firmware on all links, of which some is served and some comes meanwhile, with
+/// events of the world.
 pub(crate) fn tmcl_traffic<M: VirtualModule>(recorded: &mut Recorded<M>, others: &[u8]) {
     recorded.usb("SAP 4, 0, 500");
     recorded.usb("138, 0, 0, 1");

@@ -1,4 +1,4 @@
-//! What a board is made of, whatever its pins.
+//! The parts that a board is made of, whatever its pins.
 
 use core::marker::PhantomData;
 
@@ -15,9 +15,9 @@ use crate::module::{Hooks, Platform, Product};
 use crate::motion::Hardware;
 use crate::store::{Memory, Store};
 
-/// All parts of a board with the motors `M`, the signals `S` and the RS485 interface `R`, ready for use; the motor drivers
-/// are off.
-pub(crate) struct Board<M, S, R> {
+/// All parts of a board with the motors `M`, the signals `S` and the RS485 interface `R`, ready for use; the motor
+/// drivers are off.
+pub(crate) struct Components<M, S, R> {
     pub(crate) motors: M,
     pub(crate) signals: S,
     pub(crate) eeprom: Eeprom,
@@ -32,7 +32,7 @@ pub(crate) struct Board<M, S, R> {
 
 /// The chips that move the motors of a board with `AXES` axes, and the pin that enables all drivers.
 pub trait Motors<const AXES: usize> {
-    /// What each axis runs on.
+    /// The hardware that each axis runs on.
     type Hardware: Hardware + 'static;
     /// The motion controllers.
     type Controllers: Controllers<Self::Hardware> + 'static;
@@ -43,12 +43,12 @@ pub trait Motors<const AXES: usize> {
         Self: Sized;
 }
 
-/// The types of a board with `AXES` axes, which the motors `M` move, with an EEPROM that is divided as `P` says, and of a
-/// firmware with additions `H`.
+/// The types of a board with `AXES` axes, which the motors `M` move, with an EEPROM that is divided as `P` says, and of
+/// a firmware with additions `H`.
 #[derive(Debug)]
 pub struct Chips<P, H, M, const AXES: usize>(PhantomData<(P, H, M)>);
 
-impl<P: Memory + 'static, H: Hooks, M: Motors<AXES>, const AXES: usize> device::Board for Chips<P, H, M, AXES> {
+impl<P: Memory + 'static, H: Hooks, M: Motors<AXES>, const AXES: usize> device::Circuit for Chips<P, H, M, AXES> {
     type Product = P;
     type Hardware = M::Hardware;
     type Controllers = M::Controllers;

@@ -54,8 +54,8 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
         self.axes.iter().filter_map(|axis| axis.encoder).for_each(Encoder::start);
     }
 
-    /// Reads all inputs, to their place: copies of them take as long as the reading. Never inlined: slices of a program,
-    /// for which nothing is read, are not to have its registers.
+    /// Reads all inputs, to their place: copies of them take as long as the reading. Never inlined: slices of a
+    /// program, for which nothing is read, are not to have its registers.
     #[inline(never)]
     pub(crate) fn read(&self, inputs: &mut Inputs<AXES>) {
         for (Axis { stall, home, right, encoder }, sensors) in self.axes.iter().zip(&mut inputs.axes) {

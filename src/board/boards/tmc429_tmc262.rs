@@ -13,8 +13,8 @@ use crate::module::Hooks;
 use crate::motion::tmc429::Tmc429Tmc262;
 use crate::store::{Memory, Store};
 
-/// The TMC429 runs at 16 MHz. Eight of its clocks per bit allow 2 MHz at most: 84 MHz / 64 = 1.3125 MHz. Three of them, 188 ns
-/// or 32 cycles, pass before the first edge.
+/// The TMC429 runs at 16 MHz. Eight of its clocks per bit allow 2 MHz at most: 84 MHz / 64 = 1.3125 MHz. Three of them,
+/// 188 ns or 32 cycles, pass before the first edge.
 const TMC429: Pace = Pace { clock: Br::DIV64, setup: 16 };
 /// The TMC262 allows 4 MHz: 84 MHz / 32 = 2.625 MHz.
 const TMC262: Pace = Pace { clock: Br::DIV32, ..TMC429 };

@@ -13,9 +13,10 @@ use crate::module::Hooks;
 use crate::motion::tmc5160::Tmc5160Axis;
 use crate::store::{Memory, Store};
 
-/// The TMC5160 gets a clock of 16 MHz from outside, so it allows 8 MHz: 84 MHz / 16 = 5.25 MHz. Between two datagrams its
-/// select has to be high for two of its clocks and 10 ns, 135 ns or 23 cycles, but many more pass on the way from the one to
-/// the other; the emulated microcontroller refuses an image that is faster. The first edge may follow after 10 ns.
+/// The TMC5160 gets a clock of 16 MHz from outside, so it allows 8 MHz: 84 MHz / 16 = 5.25 MHz. Between two datagrams
+/// its select has to be high for two of its clocks and 10 ns: 135 ns, or 23 cycles. Many more cycles pass on the way
+/// from the one to the other. The emulated microcontroller refuses an image that is faster. The first edge may follow
+/// after 10 ns.
 const TMC5160: Pace = Pace { clock: Br::DIV16, setup: 0 };
 
 /// `AXES` motors at as many TMC5160s.

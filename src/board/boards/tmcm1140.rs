@@ -1,12 +1,12 @@
 //! The pins and clocks of the TMCM-1140, as far as they are known.
 //!
-//! Microcontroller and pin map of the TMCM-1140 are not published. This is the map of its closest published sibling,
-//! which has the same motion controller, driver, EEPROM and interfaces, and whose GD32F425VG is pin and register
-//! compatible with the STM32F405VG used here. What the pins marked "chosen" are connected to is not known of the sibling
-//! either. They were chosen so that no output works against another one on a board wired like the sibling's: what is an
-//! input here is one in the sibling's published firmware, and what is an output here is one there and starts with the same
-//! level. Pins that the sibling has beyond these are left alone. **The whole map is to be checked against the module before
-//! flashing.**
+//! Microcontroller and pin map of the TMCM-1140 are not published. This is the map of its closest published sibling.
+//! The sibling has the same motion controller, driver, EEPROM and interfaces, and its GD32F425VG is pin and register
+//! compatible with the STM32F405VG used here. What the pins marked "chosen" are connected to is not known of the
+//! sibling either. They were chosen so that no output works against another one on a board wired like the sibling's.
+//! What is an input here is one in the sibling's published firmware. What is an output here is one there and starts
+//! with the same level. Pins that the sibling has beyond these are left alone. **The whole map is to be checked against
+//! the module before flashing.**
 //!
 //! | pin | signal | |
 //! |---|---|---|
@@ -77,17 +77,17 @@ unsafe fn EXTI9_5() {
 }
 
 /// All parts of the board, ready for use; the motor drivers are off.
-pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
+pub(crate) type Components = parts::Components<Motors, Signals, Rs485>;
 /// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
 pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motor.
 pub(crate) type Motors = StepMotors<AXES, 1>;
-/// One axis, four inputs, two outputs, one group of pull-up resistors.
+/// The signals of one axis, four inputs, two outputs and one group of pull-up resistors.
 pub(crate) type Signals = signals::Signals<AXES, 4, 2, 1>;
 /// The RS485 interface.
 pub(crate) type Rs485 = rs485::Pins<PB11, PB10>;
 
-impl Board {
+impl Components {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
     pub(crate) fn start() -> Self {
         let p = clocks::start();
@@ -104,7 +104,7 @@ impl Board {
             led: pins::output(p.PC5.into(), Level::Low),
         };
         let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);
-        Board {
+        Components {
             motors: StepMotors::new(&bus, [p.PA4.into()], [p.PC3.into()], p.PE1.into()),
             signals,
             eeprom: Eeprom::new(p.SPI3, p.PC10, p.PC12, p.PC11, p.PA15.into()),

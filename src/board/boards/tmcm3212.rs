@@ -1,9 +1,9 @@
 //! The pins of a board for the TMCM-3212. **They are this project's choice**, not those of a module.
 //!
-//! Neither microcontroller nor pin map of the TMCM-3212 are published. This is a board of our own with the chips that are:
-//! three TMC5160, and an STM32F405VG with an AT25512, which are chosen here. Where the TMCM-1140 or the board for the
-//! TMCM-6110 has the same part the pin is the same. **The image does not fit a module as it is sold**: whoever wants to run
-//! it there has to find the module's pins first, and write them here.
+//! Neither microcontroller nor pin map of the TMCM-3212 are published. This is a board of our own with the chips that
+//! are: three TMC5160, and an STM32F405VG with an AT25512, which are chosen here. Where the TMCM-1140 or the board for
+//! the TMCM-6110 has the same part the pin is the same. **The image does not fit a module as it is sold**: whoever
+//! wants to run it there has to find the module's pins first, and write them here.
 //!
 //! | pin | signal | |
 //! |---|---|---|
@@ -52,12 +52,12 @@ const HOMES: [Line; AXES] = Line::row(GPIOD, 2);
 const INPUTS: [Line; 4] = Line::row(GPIOD, 8);
 /// The ENABLE input.
 const ENABLE: Line = Line::new(GPIOD, 12);
-/// Supply voltage for which the converter reads full scale: 62.7 V, in units of 0.1 V. The divider is 18 kOhm to 1 kOhm,
-/// because the module takes up to 53 V.
+/// Supply voltage for which the converter reads full scale: 62.7 V, in units of 0.1 V. The divider is 18 kOhm to 1
+/// kOhm, because the module takes up to 53 V.
 const SUPPLY: u32 = 627;
 
 /// All parts of the board, ready for use; the motor drivers are off.
-pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
+pub(crate) type Components = parts::Components<Motors, Signals, Rs485>;
 /// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
 pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motors.
@@ -67,7 +67,7 @@ pub(crate) type Signals = signals::Signals<AXES, 4, 4, 0>;
 /// The RS485 interface.
 pub(crate) type Rs485 = rs485::Pins<PB11, PB10>;
 
-impl Board {
+impl Components {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
     pub(crate) fn start() -> Self {
         let p = clocks::start();
@@ -82,7 +82,7 @@ impl Board {
         };
         let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);
         let [in0, in1, in2, in3] = [p.PA0.degrade_adc(), p.PA1.degrade_adc(), p.PA2.degrade_adc(), p.PA3.degrade_adc()];
-        Board {
+        Components {
             motors: ChipMotors::new(&bus, [p.PE8.into(), p.PE9.into(), p.PE10.into()], p.PE1.into()),
             signals,
             eeprom: Eeprom::new(p.SPI3, p.PC10, p.PC12, p.PC11, p.PA15.into()),

@@ -1,9 +1,9 @@
 //! The pins of a board for the TMCM-6110. **They are this project's choice**, not those of a module.
 //!
-//! Neither microcontroller nor pin map of the TMCM-6110 are published. This is a board of our own with the chips that are:
-//! two TMC429, six TMC262, and an STM32F405VG with an AT25256, which are chosen here. Where the TMCM-1140 has the same part
-//! the pin is the same. **The image does not fit a module as it is sold**: whoever wants to run it there has to find the
-//! module's pins first, and write them here.
+//! Neither microcontroller nor pin map of the TMCM-6110 are published. This is a board of our own with the chips that
+//! are: two TMC429, six TMC262, and an STM32F405VG with an AT25256, which are chosen here. Where the TMCM-1140 has the
+//! same part the pin is the same. **The image does not fit a module as it is sold**: whoever wants to run it there has
+//! to find the module's pins first, and write them here.
 //!
 //! | pin | signal | |
 //! |---|---|---|
@@ -60,7 +60,7 @@ const INPUTS: [Line; 8] = Line::row(GPIOD, 8);
 const SUPPLY: u32 = 363;
 
 /// All parts of the board, ready for use; the motor drivers are off.
-pub(crate) type Board = parts::Board<Motors, Signals, Rs485>;
+pub(crate) type Components = parts::Components<Motors, Signals, Rs485>;
 /// The chips of this board, with an EEPROM that is divided as `P` says, and with additions `H`.
 pub(crate) type Chips<P, H> = parts::Chips<P, H, Motors, AXES>;
 /// The chips that move the motors.
@@ -70,7 +70,7 @@ pub(crate) type Signals = signals::Signals<AXES, 8, 8, 2>;
 /// The RS485 interface.
 pub(crate) type Rs485 = rs485::Pins<PB11, PB10>;
 
-impl Board {
+impl Components {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
     pub(crate) fn start() -> Self {
         let p = clocks::start();
@@ -88,7 +88,7 @@ impl Board {
         };
         let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);
         let drivers = [p.PE8.into(), p.PE9.into(), p.PE10.into(), p.PE11.into(), p.PE12.into(), p.PE13.into()];
-        Board {
+        Components {
             motors: StepMotors::new(&bus, [p.PA4.into(), p.PA3.into()], drivers, p.PE1.into()),
             signals,
             eeprom: Eeprom::new(p.SPI3, p.PC10, p.PC12, p.PC11, p.PA15.into()),

@@ -1,9 +1,9 @@
-//! What is around the firmware on a board: its links, its inputs and outputs, and the mailboxes of those who run in thread
-//! mode.
+//! The surroundings of the firmware on a board: its links, its inputs and outputs, and what is handed over to those who
+//! run in thread mode.
 
 use cortex_m::peripheral::SCB;
 
-use super::mail::{Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
+use super::handover::{Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
 use super::safe::{drivers_off, show_trouble};
 use crate::board::boards::chosen::{AXES, Signals};
 use crate::board::stm32f4::can;
@@ -35,8 +35,9 @@ pub struct Around<C> {
     ending: Option<Micros>,
     /// The log says that a motion controller does not answer, and the error LED is lit.
     trouble: bool,
-    /// A page for the EEPROM is to be looked for: since a turn, and until the links have nothing to do. The contents and the
-    /// check sum of a page take half as long as a turn, and a request that waits for the one should not wait for both.
+    /// A page for the EEPROM is to be looked for: since a turn, and until the links have nothing to do. The contents
+    /// and the check sum of a page take half as long as a turn, and a request that waits for the one should not wait
+    /// for both.
     page: bool,
 }
 
@@ -168,8 +169,8 @@ impl<C: CanLink> Surroundings for Around<C> {
         }
     }
 
-    /// Jobs end in a task of thread mode. The next one is passed on when the links have nothing to do, but links that were
-    /// never idle since the last turn do not keep pages from the EEPROM.
+    /// Jobs end in a task of thread mode. The next one is passed on when the links have nothing to do, but links that
+    /// were never idle since the last turn do not keep pages from the EEPROM.
     #[inline(always)]
     fn keep(&mut self, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
         if let Some(written) = WRITTEN.try_take() {

@@ -1,4 +1,4 @@
-//! What happens when the firmware cannot go on: the motor drivers are switched off, LED2 is lit, the reason is noted,
+//! The reaction when the firmware cannot go on: the motor drivers are switched off, LED2 is lit, the reason is noted,
 //! and the watchdog restarts the firmware.
 //!
 //! A restarted module has lost its position. If it went on as if nothing had happened, it might start its program
@@ -22,7 +22,7 @@ struct Note {
     /// [`MAGIC`] in a valid note.
     magic: u32,
     kind: u32,
-    /// What the kind of the note says: for example addresses, or the place of a panic in the source.
+    /// Details of the note, by its kind: for example addresses, or the place of a panic in the source.
     details: [u32; 3],
     /// The check sum of kind and details, by [`Note::check`].
     check: u32,

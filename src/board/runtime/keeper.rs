@@ -1,9 +1,9 @@
-//! The keeping of what is stored: the EEPROM is read at start-up before the links are served, and later written page by
+//! The keeping of what is stored. The EEPROM is read at start-up before the links are served, and later written page by
 //! page in thread mode, while motion and links go on.
 
 use embassy_time::Timer;
 
-use super::mail::{PAGE, WRITTEN};
+use super::handover::{PAGE, WRITTEN};
 use crate::board::stm32f4::clocks::now;
 use crate::board::stm32f4::eeprom::{Device, Eeprom};
 use crate::board::stm32f4::watchdog;

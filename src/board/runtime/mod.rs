@@ -1,12 +1,12 @@
-//! What runs on a board: the start, the owner with the firmware that it serves, the tasks of thread mode, the mailboxes
-//! between them, and what happens when the firmware cannot go on.
+//! The code that runs on a board: the start, the owner with the firmware that it serves, the tasks of thread mode, and
+//! the hand-over between them. Here is also what happens when the firmware cannot go on.
 
 use super::boards::chosen;
 
 mod around;
 mod fault;
+mod handover;
 mod keeper;
-mod mail;
 mod owner;
 mod runs;
 mod safe;

@@ -1,9 +1,9 @@
 //! The owner of the firmware's logic, be it TMCL or another one that [runs](Runs) here: the only part that calls it.
 //!
-//! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request ([`wake`]);
-//! and in those of the CAN controller, for received frames and free mailboxes. It serves the requests of the links, polls the
-//! firmware when that is due, gives a program its slices, and a page to the EEPROM; between two of these it serves the links
-//! again. No other code uses the firmware and the motion bus.
+//! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request
+//! ([`wake`]). It also runs in those of the CAN controller, for received frames and free mailboxes. It serves the
+//! requests of the links, polls the firmware when that is due, gives a program its slices, and a page to the EEPROM.
+//! Between two of these it serves the links again. No other code uses the firmware and the motion bus.
 
 use core::cell::UnsafeCell;
 
@@ -36,14 +36,14 @@ const fn bit(interrupt: Interrupt) -> u32 {
     1 << interrupt as u16
 }
 
-/// What a firmware keeps for the time after a restart.
+/// The words that a firmware keeps for the time after a restart.
 #[unsafe(link_section = ".uninit.kept")]
 static KEPT: Kept<[u32; 2]> = Kept::new();
 
 /// The static memory of an image for its firmware, and the EEPROM's contents.
 pub struct Room<F: Runs> {
     owner: StaticCell<Owner<F>>,
-    store: ConstStaticCell<Store<<F::Board as device::Board>::Product>>,
+    store: ConstStaticCell<Store<<F::Circuit as device::Circuit>::Product>>,
 }
 
 impl<F: Runs> Room<F> {
@@ -75,7 +75,7 @@ pub(super) fn build<F, P, H>(
     seed: u32,
 ) -> &'static mut Owner<F>
 where
-    F: Runs<Board = Chips<P, H>>,
+    F: Runs<Circuit = Chips<P, H>>,
     P: Memory + 'static,
     H: Hooks,
 {
@@ -86,13 +86,13 @@ where
     })
 }
 
-/// What the firmware has kept before a restart. To be called before the owner is [started](start).
+/// Returns what the firmware has kept before a restart. To be called before the owner is [started](start).
 pub(super) fn kept() -> [u32; 2] {
     // SAFETY: the owner alone writes this, and its interrupts have not been enabled; and any bits are two words.
     unsafe { KEPT.read() }
 }
 
-/// What the interrupt handlers call, whatever the firmware.
+/// Functions that the interrupt handlers call, whatever the firmware.
 trait Turn {
     fn turn(&mut self);
 
@@ -115,8 +115,8 @@ static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 pub(super) fn start<F: Runs>(owner: &'static mut Owner<F>) {
     owner.look_for_bit_rate();
     owner.around.start(owner.firmware.link_settings());
-    // SAFETY: the interrupt of TIM3 is not enabled yet, and those of CAN come only after a task of thread mode, where this
-    // runs, has joined the bus.
+    // SAFETY: the interrupt of TIM3 is not enabled yet, and those of CAN come only after a task of thread mode, where
+    // this runs, has joined the bus.
     unsafe { *OWNER.0.get() = Some(owner) };
     wake::start();
 }
@@ -158,10 +158,11 @@ fn with_owner(act: impl FnOnce(&mut dyn Turn)) {
 }
 
 impl<F: Runs> Turn for Owner<F> {
-    /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
-    /// that a host that sends without pause does not delay the motor; but a request that has come while another was
+    /// Serves requests one by one until there is none. After each it checks whether a poll of the firmware is due, so
+    /// that a host that sends without pause does not delay the motor. But a request that has come while another was
     /// served goes before the poll, the first time. When there was no request, the links are looked at again if one of
-    /// them has asked for this interrupt meanwhile, or if replies may have gone out for which a link waited.
+    /// them has asked for this interrupt meanwhile. They are also looked at again if replies may have gone out for
+    /// which a link waited.
     fn turn(&mut self) {
         let (mut idle, mut second) = (false, false);
         loop {
@@ -202,8 +203,8 @@ impl<F: Runs> Turn for Owner<F> {
 }
 
 impl<F: Runs> Owner<F> {
-    /// True if one of the owner's interrupts has been asked for since it came, or since the last call: none of them comes
-    /// while the owner runs, nor does that of the CAN mailboxes, whose work is done here.
+    /// True if one of the owner's interrupts has been asked for since it came, or since the last call. None of them
+    /// comes while the owner runs, nor does that of the CAN mailboxes, whose work is done here.
     #[inline(always)]
     fn wanted(&mut self) -> bool {
         // SAFETY: these registers have no effects on others when they are read.
@@ -220,8 +221,8 @@ impl<F: Runs> Owner<F> {
         wanted != 0
     }
 
-    /// Polls the firmware. True if something has been passed on. Never inlined: the stack frame that this function needs
-    /// would be set up on the way to every reply in `turn`.
+    /// Polls the firmware. True if something has been passed on. Never inlined: the stack frame that this function
+    /// needs would be set up on the way to every reply in `turn`.
     #[inline(never)]
     fn poll(&mut self, now: Micros) -> bool {
         if self.firmware.takes_inputs(now) {
@@ -234,8 +235,8 @@ impl<F: Runs> Owner<F> {
         outputs.is_some()
     }
 
-    /// Passes on what has become due, and takes what others have left for the owner. Never inlined: most slices of a program
-    /// have no use for its stack frame.
+    /// Passes on what has become due, and takes what others have left for the owner. Never inlined: most slices of a
+    /// program have no use for its stack frame.
     #[inline(never)]
     fn pass_on(&mut self, outputs: &Outputs) {
         let Owner { firmware, around, .. } = self;

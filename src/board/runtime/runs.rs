@@ -5,14 +5,14 @@ use crate::board::stm32f4::can_link::CanLink;
 use crate::board::stm32f4::can_node::NodeLink;
 use crate::board::stm32f4::can_tmcl::TmclLink;
 use crate::canopen::Node;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::executor::Product;
 use crate::firmware::OnBoard;
 use crate::module::{Module, Platform};
 
 /// A firmware, with what it takes of the board.
 pub trait Runs: OnBoard<AXES> + 'static {
-    /// What it does with the CAN controller.
+    /// The link by which the firmware uses the CAN controller.
     type Can: CanLink + 'static;
 
     /// Logs who has started.
@@ -28,7 +28,7 @@ impl<T: Platform<Hooks: Default> + 'static> Runs for Module<T, AXES> {
 }
 
 /// A node has one axis, and so has its board.
-impl<T: Board<Product: Product> + 'static> Runs for Node<T>
+impl<T: Circuit<Product: Product> + 'static> Runs for Node<T>
 where
     Node<T>: OnBoard<AXES>,
 {

@@ -7,12 +7,12 @@ use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::Driver;
 
-use super::mail::link_settings;
+use super::handover::link_settings;
 use super::owner::Room;
 use super::runs::Runs;
 use super::safe::{drivers_off, show_trouble};
 use super::{fault, keeper, owner, usb_link};
-use crate::board::boards::chosen::{Board, Chips, Rs485};
+use crate::board::boards::chosen::{Chips, Components, Rs485};
 use crate::board::stm32f4::can_link::CanLink;
 use crate::board::stm32f4::clocks::now;
 use crate::board::stm32f4::eeprom::Eeprom;
@@ -21,7 +21,7 @@ use crate::module::Hooks;
 use crate::store::Memory;
 
 // `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
-// millisecond: at reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
+// millisecond. At reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
 // used at that time, but no statics, and `drivers_off` uses none. The name that cortex-m-rt has for this function can
 // be defined in assembler only.
 global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
@@ -30,7 +30,7 @@ global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first 
 #[inline(always)]
 pub fn run<F, P, H>(room: &'static Room<F>) -> !
 where
-    F: Runs<Board = Chips<P, H>>,
+    F: Runs<Circuit = Chips<P, H>>,
     P: Memory + 'static,
     H: Hooks,
 {
@@ -40,21 +40,20 @@ where
     executor.run(|spawner| start(room, spawner))
 }
 
-/// Sets up the board, and starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come
-/// the links.
-/// `spawner` is that of thread mode.
+/// Sets up the board, and starts a firmware in its `room`: first its motors are stopped and what is stored is read,
+/// then come the links. `spawner` is that of thread mode.
 ///
 /// Each step is a function of its own that is not inlined: what it takes of the stack is free again for the next one.
 #[inline(always)]
 fn start<F, P, H>(room: &'static Room<F>, spawner: Spawner)
 where
-    F: Runs<Board = Chips<P, H>>,
+    F: Runs<Circuit = Chips<P, H>>,
     P: Memory + 'static,
     H: Hooks,
 {
     // LED2 is on until the set-up has succeeded: it stays on if the crystal does not start.
     show_trouble(true);
-    let board = Board::start();
+    let board = Components::start();
     let recovering = fault::report();
     // The supply is measured before the first poll, so that without a supply no program starts.
     start_sensors(board.analog, spawner);
@@ -80,7 +79,7 @@ fn start_sensors(inputs: analog::Inputs, spawner: Spawner) {
 #[inline(never)]
 fn start_store<F, P, H>(firmware: &mut F, eeprom: Eeprom, factory_reset: bool, spawner: Spawner)
 where
-    F: Runs<Board = Chips<P, H>>,
+    F: Runs<Circuit = Chips<P, H>>,
     P: Memory + 'static,
     H: Hooks,
 {

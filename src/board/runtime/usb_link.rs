@@ -1,14 +1,14 @@
-//! The USB link: requests and replies between the host at the serial port and the owner of the module. It runs in thread
-//! mode.
+//! The USB link: requests and replies between the host at the serial port and the owner of the module. It runs in
+//! thread mode.
 
 use embassy_futures::select::{Either, select};
 use embassy_usb::driver::EndpointError;
 
-use super::mail::{USB, USB_GONE, USB_REQUESTS, link_settings};
+use super::handover::{USB, USB_GONE, USB_REQUESTS, link_settings};
 use crate::board::stm32f4::clocks::now;
 use crate::board::stm32f4::usb::{PACKET, Serial, write};
 use crate::board::stm32f4::{wake, watchdog};
-use crate::module::{LinkSettings, Message, Port, Source};
+use crate::module::{LinkPort, LinkSettings, Message, Source};
 
 /// Carries requests and replies between the host and the owner of the module.
 #[embassy_executor::task]
@@ -25,7 +25,7 @@ pub(super) async fn carry(mut serial: Serial) {
 
 /// Carries requests and replies until the host is gone.
 async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
-    let mut port = Port::new(Source::Usb, link_settings().start);
+    let mut port = LinkPort::new(Source::Usb, link_settings().start);
     let mut packet = [0; PACKET as usize];
     loop {
         let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
@@ -47,8 +47,8 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                         write(serial, echo).await?;
                     }
                     if let Some(request) = port.take() {
-                        // The owner takes no request while it owes the reply to the one before, so without room for this
-                        // one there is a reply to come. It is to be fetched: nobody else does.
+                        // The owner takes no request while it owes the reply to the one before, so without room for
+                        // this one there is a reply to come. It is to be fetched: nobody else does.
                         while USB_REQUESTS.try_send(request).is_err() {
                             send(serial, &mut port).await?;
                         }
@@ -69,7 +69,7 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
 }
 
 /// Sends the next reply. The end of a request that is not answered also lets the port decode the next one.
-async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
+async fn send(serial: &mut Serial, port: &mut LinkPort) -> Result<(), EndpointError> {
     if USB.is_empty() {
         watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
     }

@@ -1,9 +1,9 @@
-//! The bxCAN controller: its pins, its bit rate, and frames in its mailboxes. Filters and queues are those of who uses it,
-//! TMCL (`can_tmcl`) or a node of CANopen (`can_node`). The owner of the module reads and writes frames by itself; a task in
-//! thread mode only joins the bus at the start.
+//! The bxCAN controller: its pins, its bit rate, and frames in its mailboxes. Filters and queues are those of who uses
+//! it, TMCL (`can_tmcl`) or a node of CANopen (`can_node`). The owner of the module reads and writes frames by itself;
+//! a task in thread mode only joins the bus at the start.
 //!
-//! Embassy sets the controller up. Its interrupts are handled here and by the owner, at the owner's priority: so nothing
-//! that touches the controller interrupts anything else that does.
+//! Embassy sets the controller up. Its interrupts are handled here and by the owner, at the owner's priority: so
+//! nothing that touches the controller interrupts anything else that does.
 
 use core::num::{NonZeroU8, NonZeroU16};
 
@@ -41,8 +41,8 @@ pub(crate) fn driver(
     tx: Peri<'static, impl TxPin<peripherals::CAN1>>,
 ) -> can::Can<'static> {
     let driver = can::Can::new(controller, rx, tx, Unhandled);
-    // The driver has enabled all interrupts. Those of the second queue come in an image that has use for it; the controller
-    // leaves bus-off by itself, and errors are seen in the poll of each millisecond.
+    // The driver has enabled all interrupts. Those of the second queue come in an image that has use for it; the
+    // controller leaves bus-off by itself, and errors are seen in the poll of each millisecond.
     CAN1.ier().write(|_| {});
     interrupt::CAN1_RX1.disable();
     interrupt::CAN1_SCE.disable();
@@ -64,14 +64,14 @@ pub(crate) static JOINED: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 /// The bit rate in bit/s, once it is known: before, the controller is not started, and acknowledges no frame of others.
 pub(crate) static BIT_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
 
-/// Waits for the bit rate, and until the controller has seen 11 recessive bits on the bus, and hands it to the owner of the
-/// module.
+/// Waits for the bit rate, and until the controller has seen 11 recessive bits on the bus, and hands it to the owner of
+/// the module.
 #[embassy_executor::task]
 pub(crate) async fn join(mut can: can::Can<'static>, in_order: bool) {
     let bit_rate = BIT_RATE.wait().await;
     can.modify_config().set_bit_timing(timing(bit_rate));
-    // Where mailboxes are sent in the order in which they were filled, it is because replies all have the same identifier:
-    // in the order of identifiers only one of them could wait.
+    // Where mailboxes are sent in the order in which they were filled, it is because replies all have the same
+    // identifier. In the order of identifiers only one of them could wait.
     can.set_tx_fifo_scheduling(in_order);
     can.enable().await;
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
@@ -80,8 +80,8 @@ pub(crate) async fn join(mut can: can::Can<'static>, in_order: bool) {
     JOINED.signal(Can { driver: can });
 }
 
-/// The timing of a bit. The controller's clock of 42 MHz is divided into quanta, of which a bit has 14, sampled after the
-/// twelfth.
+/// The timing of a bit. The controller's clock of 42 MHz is divided into quanta, of which a bit has 14, sampled after
+/// the twelfth.
 ///
 /// For 800 kbit/s there is no such divider: 13 quanta of 4 clocks make 807.7 kbit/s, 0.96 % too much. A jump of three
 /// quanta and a second segment of four, after a sample at the ninth, bear 1.15 % between two nodes. Any other rate that

@@ -6,7 +6,7 @@ use crate::canopen::Bus;
 use crate::module::LinkSettings;
 use crate::tmcl::can::Request;
 
-/// What a firmware does with the CAN controller, which has joined the bus. All of it is called at the owner's priority.
+/// The link of a firmware to the CAN controller, which has joined the bus. All of it is called at the owner's priority.
 pub trait CanLink {
     /// The controller as a node of CANopen uses it.
     type Node: Bus;

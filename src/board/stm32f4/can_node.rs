@@ -1,4 +1,4 @@
-//! The CAN controller as a node of CANopen uses it: all frames are read as soon as they are there, and the lowest
+//! The CAN controller as a node of CANopen uses it. All frames are read as soon as they are there, and the lowest
 //! identifier that is to be sent goes first.
 //!
 //! Commands of the master and SYNC have a receive queue of their own, out of which no burst of PDOs can push them. The

@@ -1,5 +1,5 @@
-//! The CAN controller as TMCL uses it: replies, which all have the same identifier, go in their order, and a request is read
-//! when its reply can be sent.
+//! The CAN controller as TMCL uses it: replies, which all have the same identifier, go in their order, and a request is
+//! read when its reply can be sent.
 
 use core::array::from_fn;
 
@@ -57,8 +57,8 @@ impl TmclLink {
         if CAN1.rfr(FIFO).read().fmp() == 0 {
             return None;
         }
-        // A request stays in the queue while no mailbox is free for its reply; only a host that does not wait for replies
-        // fills all three.
+        // A request stays in the queue while no mailbox is free for its reply; only a host that does not wait for
+        // replies fills all three.
         if !has_room() {
             wait_for_room();
             return None;
@@ -120,7 +120,7 @@ impl CanLink for TmclLink {
         }
     }
 
-    /// One can wait, and another one behind it. While a mailbox has room none waits.
+    /// True if a frame can wait, and another one behind it. While a mailbox has room none waits.
     fn takes_event(&self) -> bool {
         self.waiting.len() < WAITING - 1
     }
@@ -168,8 +168,8 @@ fn wait_for_room() {
     CAN1.ier().write(|w| w.set_tmeie(true));
 }
 
-/// True if a frame can be sent now, and none waits to be sent before it: while one does, the interrupt of the mailboxes is
-/// enabled.
+/// True if a frame can be sent now, and none waits to be sent before it: while one does, the interrupt of the mailboxes
+/// is enabled.
 #[inline(always)]
 fn has_room() -> bool {
     is_free() && !CAN1.ier().read().tmeie()

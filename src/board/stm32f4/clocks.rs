@@ -51,9 +51,9 @@ fn accelerate_flash() {
     });
 }
 
-/// The clocks: the crystal's 16 MHz / 8 = 2 MHz go into the PLL, x 168 = 336 MHz, / 2 = 168 MHz for the core; 336 MHz /
-/// 7 = 48 MHz for USB. APB2 has 168 / 2 = 84 MHz (SPI1), APB1 168 / 4 = 42 MHz (SPI3, USART3; its timers run at 84
-/// MHz).
+/// The clocks. The crystal's 16 MHz / 8 = 2 MHz go into the PLL, x 168 = 336 MHz. The core has 336 MHz / 2 = 168 MHz,
+/// USB 336 MHz / 7 = 48 MHz. APB2 has 168 / 2 = 84 MHz (SPI1), APB1 168 / 4 = 42 MHz (SPI3, USART3; its timers run at
+/// 84 MHz).
 fn clocks() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;

@@ -3,8 +3,8 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-/// A value in such memory: to be a static in a section whose name begins with `.uninit`, which the start-up code does not
-/// initialise. At power-on it may be anything, so it needs a check sum of its own.
+/// A value in such memory: to be a static in a section whose name begins with `.uninit`, which the start-up code does
+/// not initialise. At power-on it may be anything, so it needs a check sum of its own.
 pub(crate) struct Kept<T>(UnsafeCell<MaybeUninit<T>>);
 
 // SAFETY: those who call `read` and `write` see to it that no two of them do so at once.
@@ -16,7 +16,7 @@ impl<T: Copy> Kept<T> {
         Kept(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
-    /// What the memory holds.
+    /// Reads what the memory holds.
     ///
     /// # Safety
     /// Nobody writes meanwhile, and any bits are a `T`.

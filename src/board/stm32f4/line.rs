@@ -1,5 +1,5 @@
-//! A pin at the registers of its port: read where its level is wanted at once, and driven where nothing is set up yet or
-//! nothing works any more.
+//! A pin at the registers of its port: read where its level is wanted at once, and driven where nothing is set up yet
+//! or nothing works any more.
 
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};

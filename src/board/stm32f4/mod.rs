@@ -1,5 +1,5 @@
-//! The microcontroller, an STM32F405: its clocks, ports and converters as the firmware uses them. A board gives the pins,
-//! and the runtime says who is served; nothing here knows which board and which runtime they are.
+//! The microcontroller, an STM32F405: its clocks, ports and converters as the firmware uses them. A board gives the
+//! pins, and the runtime says who is served; nothing here knows which board and which runtime they are.
 
 pub(super) mod analog;
 pub(super) mod can;

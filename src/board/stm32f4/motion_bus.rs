@@ -1,8 +1,8 @@
 //! The bus of the motion chips, SPI1, on which each chip has its own clock.
 //!
-//! Words are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of the TMC429 goes out
-//! with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, one after the other.
-//! Those of the other chips go out byte by byte.
+//! Words are exchanged at the port's registers, which is faster than Embassy's driver. A datagram of the TMC429 goes
+//! out with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, one after the
+//! other. Those of the other chips go out byte by byte.
 
 use core::convert::Infallible;
 
@@ -17,7 +17,7 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
 use super::{pins, spi};
 
-/// What a kind of chip wants of the bus.
+/// The demands of a kind of chip on the bus.
 #[derive(Clone, Copy)]
 pub(crate) struct Pace {
     /// The SPI clock, as a division of 84 MHz.
@@ -71,25 +71,26 @@ impl SpiDevice for Chip {
         set_up(clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
         self.select.set_low();
         if setup > 0 {
-            // Each turn of this delay, of which there is one more than asked for, takes three cycles at least: one for the
-            // subtraction, and two for the branch, the last of which is not taken and takes one. So 16 cycles are six turns,
-            // 17 cycles.
+            // Each turn of this delay, of which there is one more than asked for, takes three cycles at least. The
+            // subtraction takes one, and the branch two; the last branch is not taken and takes one. So 16 cycles are
+            // six turns, 17 cycles.
             asm::delay(setup / 3);
         }
         match datagram {
             Some(datagram) => exchange_datagram(datagram),
             None => operations.iter_mut().for_each(exchange_bytes),
         }
-        // The last edge is in the middle of the last bit. The other half of that bit is longer than a chip needs its select
-        // low after it: with a TMC429 64 cycles for three of its clocks, with a TMC5160 16 cycles for 10 ns.
+        // The last edge is in the middle of the last bit. The other half of that bit is longer than a chip needs its
+        // select low after it. With a TMC429 it has 64 cycles for three of the chip's clocks, with a TMC5160 16 cycles
+        // for 10 ns.
         while SPI1.sr().read().bsy() {}
         self.select.set_high();
         Ok(())
     }
 }
 
-/// Sets the clock and the width of a word, if they are others than for the transaction before. They can be changed while the
-/// port is off.
+/// Sets the clock and the width of a word, if they are others than for the transaction before. They can be changed
+/// while the port is off.
 fn set_up(clock: Br, width: Dff) {
     let control = SPI1.cr1().read();
     if control.br() != clock || control.dff() != width {
@@ -102,10 +103,10 @@ fn set_up(clock: Br, width: Dff) {
     }
 }
 
-/// Exchanges four bytes in two words. The second is sent once the first that came in has been fetched, and not while it is
-/// on the wire, which would save some 20 cycles: a handler that comes in between may take longer than the 2 048 of a word, as
-/// one that reads a line of the ASCII interface does, and a word that nobody has fetched in time keeps out the next one, for
-/// which this would wait for ever.
+/// Exchanges four bytes in two words. The second is sent once the first that came in has been fetched, and not while it
+/// is on the wire, which would save some 20 cycles. A handler that comes in between may take longer than the 2 048 of a
+/// word, as one that reads a line of the ASCII interface does. A word that nobody has fetched in time keeps out the
+/// next one, for which this would wait for ever.
 fn exchange_datagram(datagram: &mut Datagram) {
     let [a, b, c, d] = *datagram;
     let [a, b] = exchange(u16::from_be_bytes([a, b])).to_be_bytes();

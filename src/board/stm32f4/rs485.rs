@@ -2,12 +2,12 @@
 //! duplex; a pin is its direction.
 //!
 //! All of this happens in the interrupt of USART3 and in calls from the owner of the module, so that a reply is sent as
-//! soon as it is known: the last byte of a request completes the request in the interrupt handler, the owner runs next,
-//! and the first byte of its reply goes into the port as soon as the line is free.
+//! soon as it is known. The last byte of a request completes the request in the interrupt handler, and the owner runs
+//! next. The first byte of its reply goes into the port as soon as the line is free.
 //!
 //! The port gives a byte out in the middle of its stop bit. During the other half of the stop bit the sender still
-//! drives the line, and nothing is sent before that half is over. TIM2 counts since the last byte: it tells whether the
-//! line is free when a reply is known, and if it is not, the timer's handler begins to send as soon as it is.
+//! drives the line, and nothing is sent before that half is over. TIM2 counts since the last byte. It tells whether the
+//! line is free when a reply is known. If it is not, the timer's handler begins to send as soon as it is.
 
 use core::cell::UnsafeCell;
 use core::ops::{Deref, DerefMut};
@@ -26,7 +26,7 @@ use heapless::{Deque, Vec};
 
 use super::clocks::now;
 use super::wake;
-use crate::module::{LinkMode, LinkSettings, Port, Request, Source};
+use crate::module::{LinkMode, LinkPort, LinkSettings, Request, Source};
 use crate::tmcl::Reply;
 use crate::tmcl::ascii::{LINE, REPLY};
 use crate::units::Micros;
@@ -37,11 +37,11 @@ const AHEAD: usize = 128;
 const OUT: usize = 128;
 const _: () = assert!(OUT >= LINE + 40);
 
-/// Core cycles that pass at least between a byte and the start of TIM2's count: the 6 that the core needs to go from one
-/// handler to the next, and one for each instruction.
+/// Core cycles that pass at least between a byte and the start of TIM2's count. They are the 6 that the core needs to
+/// go from one handler to the next, and one for each instruction.
 const START: u32 = 31;
-/// Counts of TIM2, of two core cycles each, by which its interrupt is asked for before the end of the stop bit: from the
-/// interrupt to the direction of the transceiver it takes 37 cycles at least.
+/// Counts of TIM2, of two core cycles each, by which its interrupt is asked for before the end of the stop bit. From
+/// the interrupt to the direction of the transceiver it takes 37 cycles at least.
 const LEAD: u32 = (START + 37) / 2;
 /// The same for the owner of the module, who begins to send at once if the line is free: 9 cycles at least.
 const OWNERS_LEAD: u32 = (START + 9) / 2;
@@ -55,14 +55,14 @@ unsafe impl Sync for Link {}
 
 static LINK: Link = Link(UnsafeCell::new(Rs485::OFF));
 
-/// There may be a request. The owner looks here first, because the other links wait meanwhile.
+/// True if there may be a request. The owner looks here first, because the other links wait meanwhile.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// The state of the link.
 struct Rs485 {
     /// `None` until the link is started.
     direction: Option<Output<'static>>,
-    port: Port,
+    port: LinkPort,
     /// Gives the link settings in force.
     settings: fn() -> LinkSettings,
     /// Received bytes that wait to be decoded until a reply is out.
@@ -104,7 +104,8 @@ impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx
         Pins { port, rx, tx, direction: Output::new(direction, Level::Low, Speed::Medium) }
     }
 
-    /// Sets up the port and starts the link; `settings` gives the link settings in force. The port's clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
+    /// Sets up the port and starts the link; `settings` gives the link settings in force. The port's clock of 42 MHz
+    /// gives the rates of parameter 65 within 0.2 %.
     pub(crate) fn start(
         self,
         baud: u32,
@@ -126,7 +127,7 @@ impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx
 fn start(direction: Output<'static>, mode: LinkMode, settings: fn() -> LinkSettings) {
     let mut link = lock();
     link.direction = Some(direction);
-    link.port = Port::new(Source::Rs485, mode);
+    link.port = LinkPort::new(Source::Rs485, mode);
     link.settings = settings;
     link.last = now();
     drop(link);
@@ -154,8 +155,8 @@ pub(crate) fn request() -> Option<Request> {
     if !link.behind && link.port.is_binary() {
         return link.port.take();
     }
-    // Without this barrier the compiler would build both requests at the same place in memory, where that of a telegram is
-    // better kept in registers.
+    // Without this barrier the compiler would build both requests at the same place in memory, where that of a telegram
+    // is better kept in registers.
     core::hint::black_box(link.oldest())
 }
 
@@ -196,8 +197,8 @@ struct Lock {
     masked: Primask,
 }
 
-/// Switches interrupts off. To be called by the owner, and before the handlers are enabled, which both have one lock at a
-/// time.
+/// Switches interrupts off. To be called by the owner, and before the handlers are enabled, which both have one lock at
+/// a time.
 #[inline(always)]
 fn lock() -> Lock {
     let masked = primask::read();
@@ -257,7 +258,7 @@ impl Rs485 {
     /// A link that has not been started.
     const OFF: Rs485 = Rs485 {
         direction: None,
-        port: Port::new(Source::Rs485, LinkMode::Binary),
+        port: LinkPort::new(Source::Rs485, LinkMode::Binary),
         settings: LinkSettings::default,
         ahead: Deque::new(),
         last: Micros(0),
@@ -359,8 +360,8 @@ impl Rs485 {
         }
     }
 
-    /// Has the sending begun as soon as the line is free, if there are bytes to be sent, and the pause after the last byte
-    /// received is over: a byte that is received meanwhile starts the pause anew.
+    /// Has the sending begun as soon as the line is free, if there are bytes to be sent, and the pause after the last
+    /// byte received is over. A byte that is received meanwhile starts the pause anew.
     #[inline(always)]
     fn send(&mut self) {
         if !self.is_to_send() {

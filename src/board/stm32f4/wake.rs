@@ -1,4 +1,4 @@
-//! The waking of the owner of the module, which runs in the interrupt of TIM3: the interrupt comes at the end of a span
+//! The waking of the owner of the module, which runs in the interrupt of TIM3. The interrupt comes at the end of a span
 //! of time, and whenever a link has something for the owner.
 
 use cortex_m::peripheral::NVIC;

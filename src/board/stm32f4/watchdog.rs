@@ -1,5 +1,5 @@
 //! The independent watchdog. It is fed only while the owner of the module and the tasks for EEPROM and USB give signs
-//! of life: if one of them hangs, the firmware is restarted, with the motor stopped.
+//! of life. If one of them hangs, the firmware is restarted, with the motor stopped.
 
 use core::future::Future;
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -1,5 +1,5 @@
-//! Error control: the boot-up message and the heartbeat of this node, the answers to node guarding, and the watch over the
-//! master by its heartbeat or its guarding.
+//! Error control: the boot-up message and the heartbeat of this node, the answers to node guarding, and the watch over
+//! the master by its heartbeat or its guarding.
 
 use super::nmt::Nmt;
 use crate::units::Micros;
@@ -31,7 +31,8 @@ pub(crate) struct Times {
 }
 
 impl Control {
-    /// The node boots up at `now`; its heartbeats follow with this period, 0 for none. Nothing has been heard of the master.
+    /// The node boots up at `now`; its heartbeats follow with this period, 0 for none. Nothing has been heard of the
+    /// master.
     pub(super) fn begin(now: Micros, period: Micros) -> Self {
         Control { message: Some(BOOT_UP), heartbeat: Heartbeat::begin(now, period), ..Control::default() }
     }
@@ -102,7 +103,7 @@ struct Watch {
 }
 
 impl Watch {
-    /// It was heard at `now`.
+    /// Notes that it was heard at `now`.
     const fn hear(&mut self, now: Micros) {
         (self.heard, self.lost) = (Some(now), false);
     }

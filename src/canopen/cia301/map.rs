@@ -1,4 +1,4 @@
-//! Which objects a PDO carries: mapping records, checked and resolved when they are written.
+//! The objects that a PDO carries: mapping records, checked and resolved when they are written.
 
 use super::abort::Abort;
 use super::record::{Direction, Field, MOST, Record};
@@ -11,7 +11,7 @@ const LENGTH: usize = 8;
 #[derive(Clone, Copy, Debug)]
 struct Mapped<E> {
     entry: E,
-    /// Its size in bytes.
+    /// Size of the object in bytes.
     size: u8,
 }
 
@@ -54,8 +54,8 @@ impl<E: Copy> Map<E> {
         Ok(map)
     }
 
-    /// The map of the record that a master asks for by writing to a field of it, given the record as it is and the one that
-    /// is asked for.
+    /// The map of the record that a master asks for by writing to a field of it, given the record as it is and the one
+    /// that is asked for.
     ///
     /// # Errors
     /// [`Abort::Access`] where the PDO is valid, unless it may be changed by `force`; or the value is impossible.

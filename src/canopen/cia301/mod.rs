@@ -1,7 +1,7 @@
 //! The services of CiA 301 as values: each is fed with frames and with the time, and gives frames and effects back.
 //!
-//! They know the objects of a node by what a [`Description`] says, and name one by a value of the type `E`, which is the
-//! node's affair. What an SDO asks for is returned, and answered by the node; a PDO that was received gives what it
+//! They know the objects of a node by what a [`Description`] says, and name one by a value of the type `E`, which is
+//! the node's affair. What an SDO asks for is returned, and answered by the node; a PDO that was received gives what it
 //! carries. So nothing here leads back to the node, which may change the very services that a master writes to.
 //!
 //! * `sdo` - the server, one transfer at a time
@@ -29,7 +29,7 @@ use nmt::Nmt;
 use pdo::Pdos;
 use sdo::Server;
 
-/// Who may change an object.
+/// The access to an object: whether it may be changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// The object is only read.
@@ -49,7 +49,7 @@ pub enum Mapping {
     RxTx,
 }
 
-/// What the services have to know of an object.
+/// The facts about an object that the services have to know.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Description {
     /// Number of bytes that are written to it.

@@ -24,8 +24,8 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// The command in a frame, if it is for the node with this ID, or with 0 for all. A frame of another length than two is
-    /// none.
+    /// The command in a frame, if it is for the node with this ID, or with 0 for all. A frame of another length than
+    /// two is none.
     pub(crate) fn of(data: &[u8], node: u8) -> Option<Self> {
         let [command, to] = data else { return None };
         if *to != 0 && *to != node {

@@ -61,13 +61,13 @@ impl<E: Copy> Transmit<E> {
 /// A frame that was looked at as a PDO.
 #[derive(Debug)]
 pub(crate) enum Received<E> {
-    /// It is none of this node, or waits for the SYNC.
+    /// The frame is no PDO of this node, or waits for the SYNC.
     Nothing,
-    /// It has fewer bytes than the objects that it is to carry.
+    /// The frame has fewer bytes than the objects that it is to carry.
     TooShort,
-    /// It has more.
+    /// The frame has more bytes than these.
     TooLong,
-    /// It carries these objects, which are to be written at once.
+    /// The frame carries these objects, which are to be written at once.
     Carried(Carried<E>),
 }
 
@@ -172,7 +172,8 @@ impl<E: Copy> Pdos<E> {
         }
     }
 
-    /// The SYNC: PDOs that were received are released, and those that are to be sent become due. `read` reads an object.
+    /// The SYNC: PDOs that were received are released, and those that are to be sent become due. `read` reads an
+    /// object.
     pub(crate) fn synchronise(&mut self, read: impl Fn(E) -> u32) {
         for pdo in &mut self.receive {
             if pdo.waiting.is_some() {
@@ -196,8 +197,8 @@ impl<E: Copy> Pdos<E> {
         self.receive.iter().any(|pdo| pdo.released.is_some())
     }
 
-    /// Takes the PDOs that a SYNC has released. A master may send the controlword in each of them, as their defaults have
-    /// it: with all other objects written before, it finds the new ones in any case.
+    /// Takes the PDOs that a SYNC has released. A master may send the controlword in each of them, as their defaults
+    /// have it: with all other objects written before, it finds the new ones in any case.
     pub(crate) fn take_released(&mut self) -> Vec<Carried<E>, { PDOS as usize }> {
         let mut pdos = Vec::new();
         for pdo in &mut self.receive {
@@ -209,8 +210,8 @@ impl<E: Copy> Pdos<E> {
         pdos
     }
 
-    /// Finds the event-driven PDOs that are to be sent, because what they carry has changed. To be called after each frame
-    /// and each turn.
+    /// Finds the event-driven PDOs that are to be sent, because what they carry has changed. To be called after each
+    /// frame and each turn.
     pub(crate) fn look_for_events(&mut self, now: Micros, read: impl Fn(E) -> u32) {
         self.touched = false;
         for pdo in &mut self.transmit {
@@ -223,7 +224,8 @@ impl<E: Copy> Pdos<E> {
         }
     }
 
-    /// Finds the event-driven PDOs that are to be sent, because their event timer is over. To be called after each turn.
+    /// Finds the event-driven PDOs that are to be sent, because their event timer is over. To be called after each
+    /// turn.
     pub(crate) fn look_at_timers(&mut self, now: Micros) {
         for pdo in self.transmit.iter_mut().filter(|pdo| pdo.is_event_driven() && pdo.timer > Micros(0)) {
             pdo.due |= now.since(pdo.at) >= pdo.timer && !pdo.is_inhibited(now);

@@ -58,11 +58,11 @@ enum Transfer<E> {
         announced: Option<u32>,
         toggle: u8,
     },
-    /// What was written is being saved; then it is confirmed.
+    /// The value that was written is being saved; then it is confirmed.
     Saving(Confirmation),
 }
 
-/// What a request asks the node for, which answers.
+/// The demand that a request makes on the node, which answers.
 #[derive(Debug)]
 pub(crate) enum Asked<E> {
     /// Nothing: the reply, if there is one, waits to be sent.
@@ -117,8 +117,8 @@ impl<E: Copy> Server<E> {
         self.replies.is_empty()
     }
 
-    /// Takes a request. `find` gives the object with an index and a sub-index, `describe` what there is to know of it. The
-    /// former is told the length of what is to be written, if that is in the same frame.
+    /// Takes a request. `find` gives the object with an index and a sub-index, `describe` what there is to know of it.
+    /// The former is told the length of what is to be written, if that is in the same frame.
     pub(crate) fn request(
         &mut self,
         frame: &[u8],
@@ -131,8 +131,8 @@ impl<E: Copy> Server<E> {
         }
     }
 
-    /// The object that was to be read is a number of so many bytes, up to four, which go into one frame. Inlined, because
-    /// nearly all that is read is one: an upload takes 30 cycles less.
+    /// The object that was to be read is a number of so many bytes, up to four, which go into one frame. Inlined,
+    /// because nearly all that is read is one: an upload takes 30 cycles less.
     #[inline(always)]
     pub(crate) fn give_number(&mut self, place: Place, number: u32, size: u8) -> Asked<E> {
         let [low, high, sub] = place;
@@ -157,7 +157,8 @@ impl<E: Copy> Server<E> {
         self.reply([UPLOADED | SIZED, low, high, sub, length, 0, 0, 0])
     }
 
-    /// What became of an object that was to be written. Pending is one that is being saved: [`Server::conclude`] follows.
+    /// Tells the server what became of an object that was to be written. Pending is one that is being saved:
+    /// [`Server::conclude`] follows.
     pub(crate) fn tell(&mut self, confirmation: Confirmation, written: Result<Poll<()>, Abort>) -> Asked<E> {
         match written {
             Ok(Poll::Ready(())) => self.reply(confirmation.reply()),
@@ -169,7 +170,8 @@ impl<E: Copy> Server<E> {
         }
     }
 
-    /// What was to be saved is durable, or could not be written: the client that waits for it gets its reply.
+    /// Ends a saving: what was to be saved is durable, or could not be written. The client that waits for it gets its
+    /// reply.
     pub(crate) fn conclude(&mut self, result: Result<(), Abort>) {
         if let Transfer::Saving(confirmation) = self.transfer {
             self.transfer = Transfer::Idle;

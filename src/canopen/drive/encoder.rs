@@ -1,8 +1,8 @@
 //! The built-in encoder: what needs it, and how the counter of the motor follows it (manual section 6.1.6).
 //!
-//! While the bridges are off the shaft can be turned by hand, so a following error (8611h) needs a motor that is held. Where
-//! one is watched for (6065h), the counter becomes what the encoder says when the motor is held again, and when a fault is
-//! reset. A drive that has found its home position has not lost it by that: its encoder has counted on.
+//! While the bridges are off the shaft can be turned by hand, so a following error (8611h) needs a motor that is held.
+//! Where one is watched for (6065h), the counter becomes what the encoder says when the motor is held again, and when a
+//! fault is reset. A drive that has found its home position has not lost it by that: its encoder has counted on.
 
 use super::plant::Plant;
 use crate::canopen::cia301::abort::Abort;
@@ -10,7 +10,7 @@ use crate::canopen::entry::Entry;
 use crate::canopen::live::has_encoder;
 use crate::canopen::object::Object;
 use crate::chip::encoder::TURN;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 
 /// The methods that need an encoder.
 const BY_INDEX: [i32; 6] = [1, 2, 3, 5, 33, 34];
@@ -19,7 +19,7 @@ const BY_INDEX: [i32; 6] = [1, 2, 3, 5, 33, 34];
 ///
 /// # Errors
 /// The value needs an encoder, and there is none.
-pub(in crate::canopen) fn check<T: Board>(device: &Device<T, 1>, object: Object, value: u32) -> Result<(), Abort> {
+pub(in crate::canopen) fn check<T: Circuit>(device: &Device<T, 1>, object: Object, value: u32) -> Result<(), Abort> {
     let needs = match object {
         Object::HomingMethod => BY_INDEX.contains(&(value as i32)),
         Object::SensorSelection => value == 0,
@@ -29,10 +29,10 @@ pub(in crate::canopen) fn check<T: Board>(device: &Device<T, 1>, object: Object,
     if needs && !has_encoder(device) { Err(Abort::State) } else { Ok(()) }
 }
 
-impl<T: Board> Plant<'_, T> {
-    /// Takes the encoder over in the first turn after the start, in which it is known whether there is one: the position of
-    /// the motor becomes that of the encoder within the turn, if 200Bh asks for that. Without an encoder a saved setting
-    /// that needs one counts as its default.
+impl<T: Circuit> Plant<'_, T> {
+    /// Takes the encoder over in the first turn after the start, in which it is known whether there is one. The
+    /// position of the motor becomes that of the encoder within the turn, if 200Bh asks for that. Without an encoder a
+    /// saved setting that needs one counts as its default.
     pub(in crate::canopen) fn meet_encoder(&mut self) {
         for object in [Object::HomingMethod, Object::SensorSelection, Object::FollowingErrorWindow] {
             let entry = Entry::of(object);

@@ -1,12 +1,12 @@
-//! The causes of faults, and of other emergencies that last for a time (manual section 5.1.5 and chapter 10). What each of
-//! them leads to is in the table of `errors.rs`.
+//! The causes of faults, and of other emergencies that last for a time (manual section 5.1.5 and chapter 10). What each
+//! of them leads to is in the table of `errors.rs`.
 
 use super::plant::Plant;
 use super::power::Power;
 use crate::canopen::errors::Emergency as E;
 use crate::canopen::live::{Live, flags};
 use crate::canopen::object::Object;
-use crate::device::Board;
+use crate::device::Circuit;
 
 /// Bit of 2005h: the shutdown input is in use.
 const SHUTDOWN_INPUT: u32 = 1 << 6;
@@ -25,8 +25,8 @@ const CAUSES: usize = 13;
 pub(super) struct OpenLoad([u8; 2]);
 
 impl OpenLoad {
-    /// Takes the flags of a turn. Returns whether the load of each bridge is open. Of a motor that stands nothing new is
-    /// known: an open load that counts is over when the motor moves without it.
+    /// Takes the flags of a turn. Returns whether the load of each bridge is open. Of a motor that stands nothing new
+    /// is known: an open load that counts is over when the motor moves without it.
     pub(super) fn turn(&mut self, live: &Live) -> [bool; 2] {
         let moves = live.speed != 0;
         for (turns, flag) in self.0.iter_mut().zip([flags::OPEN_A, flags::OPEN_B]) {
@@ -41,7 +41,7 @@ impl OpenLoad {
 }
 
 /// The emergencies that last for a time, and whether the cause of each exists.
-pub(super) fn causes<T: Board>(
+pub(super) fn causes<T: Circuit>(
     plant: &Plant<'_, T>,
     power: &Power,
     [open_a, open_b]: [bool; 2],

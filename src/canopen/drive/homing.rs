@@ -1,6 +1,6 @@
 //! Homing (manual chapter 9): what each method is as a list of legs of a reference search, and how a homing begins and
-//! ends. The position at which it ends becomes less than zero by the home offset (607Ch): zero is the home position and the
-//! offset.
+//! ends. The position at which it ends becomes less than zero by the home offset (607Ch): zero is the home position and
+//! the offset.
 //!
 //! | methods | home position |
 //! |---|---|
@@ -12,15 +12,16 @@
 //! | 33, 34 | the next index in negative, in positive direction |
 //! | 35 | where the motor is |
 //!
-//! The figures of CiA 402 for 3, 5, 19 and 21 show a home switch that is closed from its edge to the end of the axis, and
-//! for the index of 3 and 5 the side on which the switch is open; 4 and 6 have the other side. Here the home switch may
-//! also be a short one: then the drive may begin beyond it, turns round at a limit switch, and comes over it from there.
+//! The figures of CiA 402 for 3, 5, 19 and 21 show a home switch that is closed from its edge to the end of the axis.
+//! For the index of 3 and 5 they show the side on which the switch is open; 4 and 6 have the other side. Here the home
+//! switch may also be a short one: then the drive may begin beyond it, turns round at a limit switch, and comes over it
+//! from there.
 
 use super::plant::Plant;
 use crate::canopen::errors::Emergency;
 use crate::canopen::object::Object;
 use crate::canopen::switches::Switches;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
 
 /// The method that moves nothing and leaves the position as it is.
@@ -59,7 +60,7 @@ fn plan(method: i32, switches: Switches) -> Option<Plan> {
     has_switch.then_some(plan)
 }
 
-/// What is noted of homing.
+/// The state of homing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Homing {
     /// A homing is under way.
@@ -70,7 +71,7 @@ pub(super) struct Homing {
     attained: bool,
     /// The home offset (607Ch) when this homing began.
     offset: u32,
-    /// That of the last homing that came to its end.
+    /// The home offset of the last homing that came to its end.
     used: u32,
 }
 
@@ -96,7 +97,7 @@ impl Homing {
     }
 
     /// Bit 4 of the controlword was set in homing mode; only method 35 needs no drive that `operates`.
-    pub(super) fn start<T: Board>(&mut self, plant: &mut Plant<'_, T>, operates: bool) {
+    pub(super) fn start<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, operates: bool) {
         let method = plant.settings.of(Object::HomingMethod) as i32;
         let offset = plant.settings.of(Object::HomeOffset);
         match method {
@@ -125,7 +126,7 @@ impl Homing {
     }
 
     /// Bit 4 of the controlword was cleared: a homing that is under way ends, and the motor stops along the ramp.
-    pub(super) fn stop<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn stop<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if self.running {
             plant.slow_down(plant.settings.acceleration(Object::HomingAcceleration));
             self.abort();
@@ -138,7 +139,7 @@ impl Homing {
     }
 
     /// Makes the place where the motor is the home position, as soon as it stands.
-    fn look_here<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn look_here<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if plant.stands() {
             plant.take_position(0);
             self.end(true);
@@ -151,9 +152,9 @@ impl Homing {
         *self = Homing { running: false, here: false, attained, offset: used, used };
     }
 
-    /// Follows a homing, once in each turn. Returns the limit switch that has ended it: there the motor is as at one that has
-    /// ended a move.
-    pub(super) fn follow<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) -> Option<Side> {
+    /// Follows a homing, once in each turn. Returns the limit switch that has ended it: there the motor is as at one
+    /// that has ended a move.
+    pub(super) fn follow<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, events: Events) -> Option<Side> {
         if !self.running || plant.device.axes().iter().any(|axis| axis.searches()) {
             return None;
         }
@@ -171,7 +172,7 @@ impl Homing {
 }
 
 /// Begins the search of a method. `None` if that cannot be, because of a switch that is not in use, or a speed of 0.
-fn begin_search<T: Board>(plant: &mut Plant<'_, T>, method: i32) -> Option<()> {
+fn begin_search<T: Circuit>(plant: &mut Plant<'_, T>, method: i32) -> Option<()> {
     let Plant { now, settings, device, .. } = plant;
     let plan = plan(method, settings.switches())?;
     let (fast, slow) = (settings.velocity(Object::HomingFastSpeed), settings.velocity(Object::HomingSlowSpeed));

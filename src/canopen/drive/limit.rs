@@ -1,10 +1,10 @@
-//! What keeps the motor within its limits: software limits (manual section 6.1.11), limit switches, and stop on stall
-//! (section 4.2.31). Each stops the motor, sends an emergency message and shows in bit 11 of the statusword; the drive
-//! stays in OPERATION ENABLED, and commands that lead back are obeyed.
+//! The limits within which the motor is kept: software limits (manual section 6.1.11), limit switches, and stop on
+//! stall (section 4.2.31). Each stops the motor, sends an emergency message and shows in bit 11 of the statusword; the
+//! drive stays in OPERATION ENABLED, and commands that lead back are obeyed.
 //!
 //! The motion controller itself, or for a switch that it does not watch the axis, stops the motor at a limit switch. A
-//! software limit stops it along the ramp, so the motor runs past the limit by the way of that ramp, and of the millisecond
-//! in which the limit was noticed.
+//! software limit stops it along the ramp. So the motor runs past the limit by the way of that ramp, and of the
+//! millisecond in which the limit was noticed.
 
 use super::plant::Plant;
 use super::task::Task;
@@ -12,13 +12,13 @@ use crate::canopen::errors::Emergency;
 use crate::canopen::live::Live;
 use crate::canopen::object::Object;
 use crate::canopen::settings::Settings;
-use crate::device::Board;
+use crate::device::Circuit;
 
 /// The emergencies of the two ends, that of negative positions first.
 const SOFTWARE: [Emergency; 2] = [Emergency::NegativeSoftwareLimit, Emergency::PositiveSoftwareLimit];
 const SWITCH: [Emergency; 2] = [Emergency::NegativeLimitSwitch, Emergency::PositiveLimitSwitch];
 
-/// What is noted of the limits.
+/// The state of the limits.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Limits {
     /// The limit switch of each end, that of negative positions first, has stopped the motor and is still closed.
@@ -29,7 +29,7 @@ pub(super) struct Limits {
 
 impl Limits {
     /// Looks at the ends of the way, once in each turn, for a motor that is asked for this.
-    pub(super) fn watch_ends<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
+    pub(super) fn watch_ends<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
         let towards = [plant.live.speed, asked.direction(plant.live.position)];
         let (outside, closed) = (outside(plant.settings, plant.live), closed(plant.settings, plant.live));
         let heads = [towards.into_iter().any(i32::is_negative), towards.into_iter().any(i32::is_positive)];
@@ -52,12 +52,12 @@ impl Limits {
     }
 
     /// Tells of a stall, or of its end.
-    pub(super) fn report_stall<T: Board>(&self, plant: &mut Plant<'_, T>) {
+    pub(super) fn report_stall<T: Circuit>(&self, plant: &mut Plant<'_, T>) {
         plant.report(Emergency::Stall, self.stalled);
     }
 
     /// The limit switch of an end, 0 for that of negative positions, has ended a homing.
-    pub(super) fn meet_switch<T: Board>(&mut self, plant: &mut Plant<'_, T>, end: usize) {
+    pub(super) fn meet_switch<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, end: usize) {
         if let (Some(touched), Some(switch)) = (self.touched.get_mut(end), SWITCH.get(end)) {
             *touched = true;
             // Also if it was closed before: it is told once more.
@@ -66,8 +66,8 @@ impl Limits {
         }
     }
 
-    /// There are no limits any more: those that were reached have ended.
-    pub(super) fn end<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    /// Ends the limits that were reached: there are none any more.
+    pub(super) fn end<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         *self = Limits::default();
         for emergency in SOFTWARE.into_iter().chain(SWITCH).chain([Emergency::Stall]) {
             plant.report(emergency, false);
@@ -105,8 +105,8 @@ fn closed(settings: &Settings, live: &Live) -> [bool; 2] {
     [switches & 1 != 0, switches & 2 != 0]
 }
 
-/// The software limits in microsteps, lowest first: those of 607Dh less the home offset. The least and the largest number
-/// of 607Dh, its defaults, are no limits, whatever the offset is.
+/// The software limits in microsteps, lowest first: those of 607Dh less the home offset. The least and the largest
+/// number of 607Dh, its defaults, are no limits, whatever the offset is.
 pub(super) fn position_limits(settings: &Settings) -> [i64; 2] {
     let number = |object| settings.of(object) as i32;
     let offset = i64::from(number(Object::HomeOffset));

@@ -1,10 +1,10 @@
 //! The drive of CiA 402 (manual chapters 5 to 9): states and controlword, modes of operation, limits and faults.
 //!
-//! A controlword comes in by [`Drive::obey`] and each millisecond's turn by [`Drive::turn`]; what the drive works with is
-//! lent to it for the call, as a [`Plant`]. Each file has a part of the drive that owns what it notes: `power.rs` the state,
-//! of which `state.rs` says which command leads where, `mode.rs` what the mode of operation asks of the motor, `homing.rs`
-//! what homing does, `limit.rs` what keeps the motor within its limits, `fault.rs` the causes that must stop it. `encoder.rs`
-//! compares the motor with the built-in encoder. Here they are put together.
+//! A controlword comes in by [`Drive::obey`] and each millisecond's turn by [`Drive::turn`]; what the drive works with
+//! is lent to it for the call, as a [`Plant`]. Each file has a part of the drive that owns what it notes. `power.rs`
+//! has the state, of which `state.rs` says which command leads where. `mode.rs` has what the mode of operation asks of
+//! the motor, and `homing.rs` what homing does. `limit.rs` has what keeps the motor within its limits, and `fault.rs`
+//! the causes that must stop it. `encoder.rs` compares the motor with the built-in encoder. Here they are put together.
 
 pub(super) mod encoder;
 mod fault;
@@ -32,7 +32,7 @@ use super::bus::BusState;
 use super::cia301::nmt::Nmt;
 use super::errors::Emergency;
 use super::object::Object;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::motion::{Events, Side};
 
 /// Bit of the controlword: a new set-point, or the start of a homing.
@@ -90,7 +90,7 @@ impl Drive {
 
     /// The turn of the drive, once in each millisecond, after what is measured has been read. `events` are those of the
     /// axis since the turn before.
-    pub(super) fn turn<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
+    pub(super) fn turn<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
         self.look_for_faults(plant);
         if plant.in_tmcl_mode {
             self.look_at_statusword(plant);
@@ -108,7 +108,7 @@ impl Drive {
     }
 
     /// Looks for the causes of emergencies that last for a time. The beginning of each is told, and has its reaction.
-    fn look_for_faults<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn look_for_faults<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         let open = self.open_load.turn(plant.live);
         let causes = causes(plant, &self.power, open);
         if plant.errors.are_noted(&causes) {
@@ -122,7 +122,7 @@ impl Drive {
     }
 
     /// Looks at the limits.
-    fn look_at_limits<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
+    fn look_at_limits<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
         if self.homing.is_running() {
             // A search runs to the switches, and positions have no meaning before its end.
             self.limits = Limits::default();
@@ -138,13 +138,13 @@ impl Drive {
     }
 
     /// Looks whether the statusword is another than in the turn before.
-    fn look_at_statusword<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn look_at_statusword<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         let word = self.statusword(&plant.shown());
         *plant.touched |= core::mem::replace(&mut self.shown, word) != word;
     }
 
     /// Obeys a controlword: commands, fault reset, and the bits of the mode of operation.
-    pub(super) fn obey<T: Board>(&mut self, plant: &mut Plant<'_, T>, word: u16) {
+    pub(super) fn obey<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, word: u16) {
         let before = core::mem::replace(&mut self.controlword, word);
         let operates = self.power.is_operating();
         if word & !before & FAULT_RESET != 0 {
@@ -156,9 +156,10 @@ impl Drive {
         self.steer(plant);
     }
 
-    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before, with which the drive
-    /// was operating or not. An edge in the word that enables operation moves nothing, however long the way there takes.
-    fn operate<T: Board>(&mut self, plant: &mut Plant<'_, T>, before: u16, operates: bool) {
+    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before, with which the
+    /// drive was operating or not. An edge in the word that enables operation moves nothing, however long the way there
+    /// takes.
+    fn operate<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, before: u16, operates: bool) {
         let word = self.controlword;
         let starts = word & !before & START != 0;
         let ends = before & !word & START != 0;
@@ -177,7 +178,7 @@ impl Drive {
     }
 
     /// Changes the mode of operation. A motor that moves is stopped first.
-    pub(super) fn change_mode<T: Board>(&mut self, plant: &mut Plant<'_, T>, number: u32) {
+    pub(super) fn change_mode<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, number: u32) {
         let mode = OperationMode::numbered(number);
         if self.motion.mode() == mode {
             return;
@@ -191,32 +192,33 @@ impl Drive {
     }
 
     /// Tells the motor what the mode asks for, if that has changed.
-    pub(super) fn steer<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn steer<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         let asked = self.asked(plant);
         self.steer_to(plant, asked);
     }
 
-    fn steer_to<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
+    fn steer_to<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
         if self.power.is_operating() {
             self.motion.steer(plant, asked);
         }
     }
 
-    /// What the mode asks for.
-    fn asked<T: Board>(&self, plant: &Plant<'_, T>) -> Task {
+    /// The task that the mode asks for.
+    fn asked<T: Circuit>(&self, plant: &Plant<'_, T>) -> Task {
         self.motion.asked(plant.settings, self.controlword & HALT != 0)
     }
 
-    /// Goes on with the way to the next state. Inlined as far as it asks whether there is one, which is asked in each turn.
+    /// Goes on with the way to the next state. Inlined as far as it asks whether there is one, which is asked in each
+    /// turn.
     #[inline(always)]
-    fn progress<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn progress<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if !self.power.is_quiet() {
             self.go_on(plant);
         }
     }
 
     #[inline(never)]
-    fn go_on<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn go_on<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         self.power.progress(plant, self.orders());
         let Changes { entered, disabled } = self.power.take_changes();
         if disabled {
@@ -233,7 +235,7 @@ impl Drive {
     }
 
     /// TMCL mode begins: the motor stops by the quick stop ramp, and the drive is SWITCH ON DISABLED.
-    pub(super) fn yield_motor<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn yield_motor<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         plant.end_motion();
         self.homing.abort();
         self.limits.end(plant);
@@ -241,9 +243,9 @@ impl Drive {
         self.progress(plant);
     }
 
-    /// A fault has come up: the motor is stopped by the quick stop ramp, and FAULT follows; but in TMCL mode there are no
-    /// states.
-    pub(super) fn fault<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    /// A fault has come up: the motor is stopped by the quick stop ramp, and FAULT follows; but in TMCL mode there are
+    /// no states.
+    pub(super) fn fault<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if matches!(self.state(), State::FaultReactionActive | State::Fault) {
             return;
         }
@@ -259,22 +261,23 @@ impl Drive {
         }
     }
 
-    /// The master cannot command the drive any more: a motor that may move, or is about to, is stopped, and FAULT follows.
-    pub(super) fn leave_master<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    /// The master cannot command the drive any more: a motor that may move, or is about to, is stopped, and FAULT
+    /// follows.
+    pub(super) fn leave_master<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if self.state().is_driving() || !self.is_lasting() || plant.in_tmcl_mode {
             self.fault(plant);
         }
     }
 
     /// The master is not heard any more.
-    pub(super) fn lose_master<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn lose_master<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if plant.report(Emergency::MasterLost, true) {
             self.fault(plant);
         }
     }
 
     /// The CAN controller is off the bus: nothing can be commanded any more, so the motor stops without a ramp.
-    pub(super) fn leave_bus<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn leave_bus<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if self.state().is_driving() || plant.in_tmcl_mode {
             plant.stop_hard();
         }
@@ -282,7 +285,7 @@ impl Drive {
     }
 
     /// Resets a fault (transition 15), if all causes are gone. In other states the error register forgets what is gone.
-    fn reset_fault<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn reset_fault<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         if self.state() != State::Fault {
             return plant.errors.forget();
         }

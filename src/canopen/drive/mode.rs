@@ -9,7 +9,7 @@ use super::task::Task;
 use crate::canopen::errors::Emergency;
 use crate::canopen::object::Object;
 use crate::canopen::settings::Settings;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::motion::Pace;
 use crate::units::Micros;
 
@@ -48,7 +48,7 @@ impl OperationMode {
     }
 }
 
-/// What the mode of operation notes.
+/// The notes of the mode of operation.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
     /// The mode in force.
@@ -59,7 +59,7 @@ pub(super) struct Motion {
     target: Option<i32>,
     /// The target has been taken with the last edge of bit 4, which is still set.
     acknowledged: bool,
-    /// What the motor was told last; `None` if it is to be told anew in any case.
+    /// The task that the motor was told last; `None` if it is to be told anew in any case.
     told: Option<Task>,
     /// A command that a limit has ended. It is told again after another one.
     dropped: Option<Task>,
@@ -105,15 +105,16 @@ impl Motion {
         (self.mode, self.settling) = (mode, true);
     }
 
-    /// Forgets what the motor was to do, because the state or the mode has changed: the motor stands, or is being stopped.
+    /// Forgets what the motor was to do, because the state or the mode has changed: the motor stands, or is being
+    /// stopped.
     pub(super) fn forget(&mut self) {
         *self = Motion { mode: self.mode, told: Some(Task::Stand), ..Motion::default() };
     }
 
     /// Takes 607Ah as a new target. A relative one counts from the target before, or without one from where the motor
-    /// stands. A target outside the software limits is refused, and so is one so far away that the motor would go there the
-    /// other way round the 32 bits; then the motor goes on to the target before.
-    pub(super) fn take_target<T: Board>(&mut self, plant: &mut Plant<'_, T>, relative: bool) {
+    /// stands. A target outside the software limits is refused. So is one so far away that the motor would go there the
+    /// other way round the 32 bits. In both cases the motor goes on to the target before.
+    pub(super) fn take_target<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, relative: bool) {
         let position = plant.live.position;
         let base = if relative { self.target.unwrap_or(position) } else { 0 };
         let given = plant.settings.of(Object::TargetPosition) as i32;
@@ -130,7 +131,7 @@ impl Motion {
         }
     }
 
-    /// What the mode asks for; `halts` is true at a halt.
+    /// The task that the mode asks for; `halts` is true at a halt.
     pub(super) fn asked(&self, settings: &Settings, halts: bool) -> Task {
         match self.mode {
             _ if halts => Task::Stand,
@@ -142,7 +143,7 @@ impl Motion {
     }
 
     /// Tells the motor what the mode asks for, if that has changed. To be called while the motor obeys the mode.
-    pub(super) fn steer<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
+    pub(super) fn steer<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
         if self.mode == OperationMode::Homing || self.settling && !plant.stands() {
             return;
         }
@@ -160,7 +161,7 @@ impl Motion {
     }
 
     /// Tells the motor a task; false if a chip did not take it.
-    fn tell<T: Board>(&self, plant: &mut Plant<'_, T>, task: Task) -> bool {
+    fn tell<T: Circuit>(&self, plant: &mut Plant<'_, T>, task: Task) -> bool {
         let (now, ramp) = (plant.now, plant.settings.acceleration(self.ramp()));
         let speed = plant.settings.velocity(Object::ProfileVelocity);
         let Some(mut axis) = plant.device.axis(0) else { return false };
@@ -174,9 +175,9 @@ impl Motion {
         told.is_ok()
     }
 
-    /// Looks whether the target is reached, once in each turn, if the mode asks for this; `operates` is true while the motor
-    /// obeys it.
-    pub(super) fn look_at_target<T: Board>(&mut self, plant: &Plant<'_, T>, asked: Task, operates: bool) {
+    /// Looks whether the target is reached, once in each turn, if the mode asks for this; `operates` is true while the
+    /// motor obeys it.
+    pub(super) fn look_at_target<T: Circuit>(&mut self, plant: &Plant<'_, T>, asked: Task, operates: bool) {
         let within = self.is_within_window(plant);
         let since = within.then(|| self.within.unwrap_or(plant.now));
         self.within = since;
@@ -194,7 +195,7 @@ impl Motion {
     }
 
     /// True if the actual position (6064h) is within the window around the target.
-    fn is_within_window<T: Board>(&self, plant: &Plant<'_, T>) -> bool {
+    fn is_within_window<T: Circuit>(&self, plant: &Plant<'_, T>) -> bool {
         let (Some(target), Some(window)) = (self.target, window(plant.settings)) else { return false };
         plant.live.actual_position(&plant.settings.values).wrapping_sub(target).unsigned_abs() <= window
     }

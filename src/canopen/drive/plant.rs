@@ -1,4 +1,5 @@
-//! What the drive works with while it is called: the motor and all that stands around it, each lent by its owner.
+//! The means with which the drive works while it is called: the motor and all that stands around it, each lent by its
+//! owner.
 
 use crate::canopen::bus::BusState;
 use crate::canopen::cia301::nmt::Nmt;
@@ -7,11 +8,11 @@ use crate::canopen::live::Live;
 use crate::canopen::lost::Lost;
 use crate::canopen::object::Object;
 use crate::canopen::settings::Settings;
-use crate::device::{Board, Device};
+use crate::device::{Circuit, Device};
 use crate::units::{Internal, Micros};
 
-/// What the statusword shows besides the drive itself.
-pub(in crate::canopen) struct Shown<'a, T: Board> {
+/// The state that the statusword shows besides the drive itself.
+pub(in crate::canopen) struct Shown<'a, T: Circuit> {
     pub(in crate::canopen) device: &'a Device<T, 1>,
     pub(in crate::canopen) settings: &'a Settings,
     pub(in crate::canopen) live: &'a Live,
@@ -21,7 +22,7 @@ pub(in crate::canopen) struct Shown<'a, T: Board> {
 }
 
 /// The surroundings of the drive.
-pub(in crate::canopen) struct Plant<'a, T: Board> {
+pub(in crate::canopen) struct Plant<'a, T: Circuit> {
     pub(in crate::canopen) now: Micros,
     pub(in crate::canopen) device: &'a mut Device<T, 1>,
     pub(in crate::canopen) settings: &'a mut Settings,
@@ -31,16 +32,16 @@ pub(in crate::canopen) struct Plant<'a, T: Board> {
     pub(in crate::canopen) lost: Option<&'a Lost>,
     /// Something has changed that a PDO may carry.
     pub(in crate::canopen) touched: &'a mut bool,
-    /// The state in network management. Where the drive [stops the services](Self::stop_services), it is another one after
-    /// the call.
+    /// The state in network management. Where the drive [stops the services](Self::stop_services), it is another one
+    /// after the call.
     pub(in crate::canopen) state: Nmt,
     pub(in crate::canopen) bus: BusState,
     pub(in crate::canopen) has_lost_master: bool,
     pub(in crate::canopen) in_tmcl_mode: bool,
 }
 
-impl<T: Board> Plant<'_, T> {
-    /// What the statusword shows of it.
+impl<T: Circuit> Plant<'_, T> {
+    /// The part of the plant that the statusword shows.
     pub(super) fn shown(&self) -> Shown<'_, T> {
         Shown {
             device: self.device,
@@ -96,7 +97,8 @@ impl<T: Board> Plant<'_, T> {
         self.device.end_moves(|axis| axis.rotate_at(now, 0, Some(ramp)));
     }
 
-    /// Makes `position`, in microsteps, the actual position of the motor and of its encoder. The motor stays where it is.
+    /// Makes `position`, in microsteps, the actual position of the motor and of its encoder. The motor stays where it
+    /// is.
     pub(super) fn take_position(&mut self, position: i32) {
         if let Some(mut axis) = self.device.axis(0) {
             // A motion controller that does not take it keeps position and encoder as they were.
@@ -115,6 +117,6 @@ impl<T: Board> Plant<'_, T> {
 }
 
 /// True if the motor stands and is to stand, as its counter has been read.
-pub(super) fn stands<T: Board>(device: &Device<T, 1>) -> bool {
+pub(super) fn stands<T: Circuit>(device: &Device<T, 1>) -> bool {
     device.axes().iter().all(|axis| axis.rests() && !axis.searches())
 }

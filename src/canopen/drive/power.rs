@@ -7,12 +7,12 @@
 //! | from there or from QUICK STOP ACTIVE | the motor stops as the command says; the brake is applied; after 2002h.1 ms the bridges are off and the state is entered |
 //!
 //! So the state changes at the end of the way. A command that comes before waits for that end, unless it leads to a
-//! stop: on the way to OPERATION ENABLED every other command turns back, and a ramp gives way to a quicker stop.
+//! stop. On the way to OPERATION ENABLED every other command turns back, and a ramp gives way to a quicker stop.
 
 use super::plant::Plant;
 use super::state::{Command, State};
 use crate::canopen::object::Object;
-use crate::device::Board;
+use crate::device::Circuit;
 use crate::units::Micros;
 
 /// The option codes (605Ah) with which a quick stop uses the ramp of the mode, not its own.
@@ -23,7 +23,7 @@ const LASTING: [u32; 2] = [5, 6];
 /// Time in which the current draws a rotor to the field.
 const SNAP: Micros = Micros::from_millis(50);
 
-/// What the drive does on its way to another state.
+/// The work of the drive on its way to another state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Transition {
     /// Nothing: the state lasts.
@@ -51,13 +51,14 @@ pub(super) struct Power {
     /// The bridges are on, and at this time the current has drawn the rotor to the field: from then on there can be a
     /// following error. `None` while the bridges are off.
     held: Option<Micros>,
-    /// The shaft has been turned while the bridges were off: once the rotor is held, the counter is to follow the encoder.
+    /// The shaft has been turned while the bridges were off: once the rotor is held, the counter is to follow the
+    /// encoder.
     turned: bool,
-    /// What has happened since this was asked.
+    /// The changes since they were last asked for.
     changes: Changes,
 }
 
-/// What a call has led to, for those to whom it means an end.
+/// The changes that a call has led to, for those to whom they mean an end.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Changes {
     /// A state has been entered: what the motor was to do is forgotten.
@@ -99,13 +100,13 @@ impl Power {
         self.released
     }
 
-    /// What has happened since this was asked.
+    /// Takes the changes since this was last asked.
     pub(super) fn take_changes(&mut self) -> Changes {
         core::mem::take(&mut self.changes)
     }
 
     /// True if a motor that is held, and may be moving, is outside the window of 6065h.
-    pub(super) fn has_following_error<T: Board>(&self, plant: &Plant<'_, T>) -> bool {
+    pub(super) fn has_following_error<T: Circuit>(&self, plant: &Plant<'_, T>) -> bool {
         let window = plant.settings.of(Object::FollowingErrorWindow);
         // With an off time of 0 the bridges are off as well.
         let held = self.held.is_some_and(|held| plant.now >= held) && plant.settings.of(Object::ChopperOffTime) != 0;
@@ -113,7 +114,7 @@ impl Power {
     }
 
     /// Carries out the command of the controlword, or lets it wait.
-    pub(super) fn obey<T: Board>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
+    pub(super) fn obey<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
         let Some(command) = Command::of(orders.word) else { return };
         let state = self.state;
         let lasts = LASTING.contains(&plant.settings.of(Object::QuickStopOption));
@@ -151,7 +152,7 @@ impl Power {
     }
 
     /// Goes on with the way to the next state, as far as it can be gone now, and then carries out a command that waits.
-    pub(super) fn progress<T: Board>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
+    pub(super) fn progress<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
         loop {
             match self.way {
                 Transition::Energising(at) if plant.now >= at => {
@@ -182,7 +183,7 @@ impl Power {
     }
 
     /// Begins the way to OPERATION ENABLED. A rotor that has been turned has the time to be drawn to the field.
-    fn energise<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    fn energise<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         plant.device.enable_drivers(true);
         let (held, enabled) = (plant.now.after(SNAP), plant.settings.after(plant.now, Object::EnableDelay));
         self.held = Some(held);
@@ -190,9 +191,9 @@ impl Power {
         self.way = Transition::Energising(if self.turned { held.max(enabled) } else { enabled });
     }
 
-    /// TMCL mode begins: the drive is SWITCH ON DISABLED. But the bridges stay on and the brake stays released, or both come
-    /// as on the way to OPERATION ENABLED.
-    pub(super) fn yield_motor<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    /// TMCL mode begins: the drive is SWITCH ON DISABLED. But the bridges stay on and the brake stays released, or both
+    /// come as on the way to OPERATION ENABLED.
+    pub(super) fn yield_motor<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         let holds = self.state.is_driving() && self.released;
         self.waiting = false;
         self.enter(State::SwitchOnDisabled);
@@ -202,7 +203,7 @@ impl Power {
     }
 
     /// Begins the way to FAULT.
-    pub(super) fn react<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+    pub(super) fn react<T: Circuit>(&mut self, plant: &mut Plant<'_, T>) {
         let (state, way) = (self.state, self.way);
         self.enter(State::FaultReactionActive);
         match way {
@@ -217,7 +218,7 @@ impl Power {
     }
 
     /// Begins the way to a state in which the bridges are off. The motor does not move any more.
-    fn disable<T: Board>(&mut self, plant: &mut Plant<'_, T>, to: State) {
+    fn disable<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, to: State) {
         if !plant.stands() {
             plant.stop_hard();
         }
@@ -227,7 +228,7 @@ impl Power {
     }
 
     /// Stops the motor as the quick stop option code says; the state lasts, or SWITCH ON DISABLED follows.
-    fn quick_stop<T: Board>(&mut self, plant: &mut Plant<'_, T>, ramp: Object, lasts: bool) {
+    fn quick_stop<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, ramp: Object, lasts: bool) {
         let slow = SLOW_DOWN.contains(&plant.settings.of(Object::QuickStopOption));
         let ramp = if slow { plant.settings.acceleration(ramp) } else { plant.quick_ramp() };
         self.enter(State::QuickStopActive);
@@ -238,7 +239,7 @@ impl Power {
     }
 
     /// Releases the brake, or applies it.
-    fn release_brake<T: Board>(&mut self, plant: &mut Plant<'_, T>, released: bool) {
+    fn release_brake<T: Circuit>(&mut self, plant: &mut Plant<'_, T>, released: bool) {
         self.released = released;
         plant.settings.switch_outputs(plant.device, released);
     }

@@ -1,5 +1,5 @@
-//! The states of the drive and the commands that change them, as a table (manual section 6.1.1, figure 8 and table 185).
-//! Pure: what a change takes - ramps, brake, bridges - is done in `power.rs`.
+//! The states of the drive and the commands that change them, as a table (manual section 6.1.1, figure 8 and table
+//! 185). Pure: what a change takes - ramps, brake, bridges - is done in `power.rs`.
 
 /// State of the drive. *Not ready to switch on* is over before the node can be asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,9 +8,9 @@ use super::state::State;
 use crate::canopen::cia301::nmt::Nmt;
 use crate::canopen::errors::Emergency;
 use crate::canopen::live::flags;
-use crate::device::Board;
+use crate::device::Circuit;
 
-/// There is a supply.
+/// The supply is there.
 const VOLTAGE: u32 = 1 << 4;
 /// The driver is about to become too hot.
 const WARNING: u32 = 1 << 7;
@@ -32,7 +32,7 @@ const NEGATIVE: u32 = 1 << 15;
 impl Drive {
     /// The statusword. Inlined, because masters read it all the time: so what it shows is not put together first.
     #[inline(always)]
-    pub(in crate::canopen) fn statusword<T: Board>(&self, shown: &Shown<'_, T>) -> u32 {
+    pub(in crate::canopen) fn statusword<T: Circuit>(&self, shown: &Shown<'_, T>) -> u32 {
         let Shown { device, settings, live, errors, state, in_tmcl_mode } = *shown;
         let mode = self.motion.mode();
         let special = match mode {

@@ -1,8 +1,8 @@
-//! What a motor is told.
+//! The task that a motor is told.
 
 use crate::units::Internal;
 
-/// What the motor is to do.
+/// The task that the motor is to carry out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Task {
     /// To stand, after a ramp.

@@ -1,9 +1,9 @@
 //! The dimension of velocities (208Ch), and what the motion controller makes of velocities and accelerations in it.
 //!
-//! The TMC429's internal velocity V is V * 16 MHz / 2^(16 + PULSE_DIV) microsteps per second, its internal acceleration
-//! A is A * (16 MHz)^2 / 2^(29 + PULSE_DIV + RAMP_DIV) microsteps per second squared (datasheet section 8.1.13). With
-//! 16 MHz = 15625 * 2^10 both are fractions of small numbers, so that all here is exact up to the one rounding to the
-//! nearest internal unit.
+//! The TMC429's internal velocity V is V * 16 MHz / 2^(16 + PULSE_DIV) microsteps per second. Its internal acceleration
+//! A is A * (16 MHz)^2 / 2^(29 + PULSE_DIV + RAMP_DIV) microsteps per second squared (datasheet section 8.1.13 for
+//! both). With 16 MHz = 15625 * 2^10 both are fractions of small numbers, so that all here is exact up to the one
+//! rounding to the nearest internal unit.
 
 use crate::canopen::entry::Entry;
 use crate::canopen::object::Object;
@@ -51,8 +51,8 @@ struct Ratio {
 impl Ratio {
     const ONE: Ratio = Ratio { factor: 1, base: 1 };
 
-    /// This number converted, to the nearest; what is too large becomes some large number. Where dividend and divisor have
-    /// 32 bits, as those of velocities mostly have, a Cortex-M4 divides in one instruction.
+    /// Converts this number, to the nearest; what is too large becomes some large number. Where dividend and divisor
+    /// have 32 bits, as those of velocities mostly have, a Cortex-M4 divides in one instruction.
     fn convert(self, number: u64) -> u64 {
         let dividend = number.saturating_mul(self.factor).saturating_add(self.base >> 1);
         match (u32::try_from(dividend), u32::try_from(self.base)) {
@@ -192,8 +192,8 @@ impl Scale {
         limited(self.acceleration.convert(acceleration.into()), self.steepest).max(1)
     }
 
-    /// The internal velocity nearest to a velocity from which on something acts (20A4h, 20A5h). As 0 means off, any other
-    /// velocity is at least 1.
+    /// The internal velocity nearest to a velocity from which on something acts (20A4h, 20A5h). As 0 means off, any
+    /// other velocity is at least 1.
     pub(crate) fn threshold(&self, velocity: u32) -> Internal {
         let nearest = limited(self.velocity.convert(velocity.into()), INTERNAL_MAX);
         if velocity == 0 { 0 } else { nearest.max(1) }
@@ -418,8 +418,8 @@ mod tests {
         }
     }
 
-    /// A motor of 200 full steps with 256 microsteps: 2047 * 16 MHz / 2^16 microsteps per second, and 60 / 51200 of that
-    /// in a minute.
+    /// A motor of 200 full steps with 256 microsteps: 2047 * 16 MHz / 2^16 microsteps per second, and 60 / 51200 of
+    /// that in a minute.
     #[test]
     fn the_largest_values_are_those_of_the_datasheet() {
         let of = |dimension| scale(dimension, 200, 8, u32::MAX, u32::MAX);

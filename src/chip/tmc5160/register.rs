@@ -15,8 +15,8 @@ pub enum Register {
     Ioin = 0x04,
     /// Scale of the motor current, in 1/256; 0 is the full scale.
     GlobalScaler = 0x0B,
-    /// Standstill current in bits 4..0, run current in 12..8, both in 1/32 less one, and in 19..16 the delay between two
-    /// steps of the power down ramp.
+    /// Standstill current in bits 4..0, run current in 12..8, both in 1/32 less one, and in 19..16 the delay between
+    /// two steps of the power down ramp.
     IholdIrun = 0x10,
     /// Time from standstill to the power down ramp, in 2^18 clocks.
     TPowerDown = 0x11,
@@ -90,8 +90,8 @@ pub enum Register {
 
 impl Register {
     /// How often a write to the register is repeated whose answer is lost: it may have reached the chip all the same. A
-    /// second write to a position would lose the steps, or the counts, since the first, and one to a register of flags would
-    /// clear those that have come since. No reading changes anything.
+    /// second write to a position would lose the steps, or the counts, since the first, and one to a register of flags
+    /// would clear those that have come since. No reading changes anything.
     pub(super) const fn repeats(self) -> u8 {
         match self {
             Register::XActual | Register::XEnc | Register::Gstat | Register::RampStat | Register::EncStatus => 0,

@@ -5,8 +5,8 @@ use crate::motion::Error;
 /// A motion controller: the bus to it, and what is known of its registers. One controller moves several axes.
 ///
 /// # Errors
-/// A function fails where the chip does not take a datagram or does not answer one. Calling it once more is right in any
-/// case.
+/// A function fails where the chip does not take a datagram or does not answer one. Calling it once more is right in
+/// any case.
 pub trait MotionController {
     /// How many axes one motion controller moves: axis n of a module belongs to controller n / `AXES`.
     const AXES: usize;
@@ -20,7 +20,8 @@ pub trait MotionController {
 
     /// Stops all motors of the motion controller at once, whatever they were doing: the controller may be running since
     /// before the firmware started. Its axes are not told: each is given a
-    /// [position](super::RampGenerator::set_position) or is [stopped](super::RampGenerator::stop) before it moves again.
+    /// [position](super::RampGenerator::set_position) or is [stopped](super::RampGenerator::stop) before it moves
+    /// again.
     ///
     /// # Errors
     /// Some datagrams did not get through; the others were sent all the same.

@@ -20,8 +20,8 @@ pub trait Driver {
     /// output for this, on a driver that has such an output.
     fn stalled(&self, pin: bool) -> bool;
 
-    /// Has the hardware stop the motor at once when it stalls, where it can do so itself, or no longer do so. True if it has
-    /// stopped the motor, which then stands until it is told to [stop](super::RampGenerator::stop).
+    /// Has the hardware stop the motor at once when it stalls, where it can do so itself, or no longer do so. True if
+    /// it has stopped the motor, which then stands until it is told to [stop](super::RampGenerator::stop).
     fn watch_stall(&mut self, armed: bool) -> Result<bool, Error> {
         let _ = armed;
         Ok(false)

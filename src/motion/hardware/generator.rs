@@ -40,9 +40,9 @@ pub trait RampGenerator {
     /// Gives the motor a new goal, whatever it was doing; also while it moves.
     fn go(&mut self, goal: Goal, profile: &Profile<'_>) -> Result<(), Error>;
 
-    /// Makes all ready for a positioning move but the datagram that sets the motor going, which [`go`](Self::go) to the same
-    /// goal with the same profile sends then; so several motors can be started at once. A motor that moves may go on with the
-    /// new profile.
+    /// Makes all ready for a positioning move but the datagram that sets the motor going. [`go`](Self::go) to the same
+    /// goal with the same profile sends this datagram then, so several motors can be started at once. A motor that
+    /// moves may go on with the new profile.
     fn prepare(&mut self, target: i32, profile: &Profile<'_>) -> Result<(), Error>;
 
     /// The motor goes on to its present goal, a position, with a profile of another speed or acceleration. Only so many
@@ -52,19 +52,19 @@ pub trait RampGenerator {
     /// The motor goes on to its present goal with another profile.
     fn retune(&mut self, profile: &Profile<'_>) -> Result<(), Error>;
 
-    /// Gives the ramps of the motor, from its next goal on, another shape than that of its parameters; `None` gives them that
-    /// again.
+    /// Gives the ramps of the motor, from its next goal on, another shape than that of its parameters; `None` gives
+    /// them that again.
     fn reshape(&mut self, shape: Option<Self::Shape>);
 
     /// Stops the motor at once, without a ramp. Its goal is then to turn at speed 0.
     fn stop(&mut self, profile: &Profile<'_>) -> Result<(), Error>;
 
-    /// Makes `position` both the actual position and the target. Before this call the motor is `standing`, or turns at a
-    /// speed. While it turns, the position of the chip may be this one or the former one if the function fails.
+    /// Makes `position` both the actual position and the target. Before this call the motor is `standing`, or turns at
+    /// a speed. While it turns, the position of the chip may be this one or the former one if the function fails.
     fn set_position(&mut self, position: i32, standing: bool) -> Result<(), Error>;
 
-    /// Follows the motor: reads the actual position of one that does not stand. `reading` is the number of the reading that
-    /// is wanted as well, if there is one. This comes once in a millisecond.
+    /// Follows the motor: reads the actual position of one that does not stand. `reading` is the number of the reading
+    /// that is wanted as well, if there is one. This comes once in a millisecond.
     fn follow(&mut self, reading: Option<u8>) -> Result<Followed, Error>;
 
     /// Takes one of the other readings, in rotation; `reading` is its number, wrapping at 256. This comes once in a
@@ -87,8 +87,8 @@ pub trait RampGenerator {
     /// [`Error::NotNow`] if this kind of hardware does not have the parameter.
     fn reading(&mut self, values: &Values, parameter: AxisParameter) -> Result<i32, Error>;
 
-    /// Makes `position` that of an encoder whose counter is in the hardware, in the unit of parameter 209; without such a
-    /// counter this does nothing.
+    /// Makes `position` that of an encoder whose counter is in the hardware, in the unit of parameter 209; without such
+    /// a counter this does nothing.
     fn set_encoder(&mut self, position: i32) -> Result<(), Error> {
         let _ = position;
         Ok(())

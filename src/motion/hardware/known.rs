@@ -44,8 +44,8 @@ impl Known {
         if self.mode.positions() { self.target.wrapping_sub(self.position) } else { self.target_speed }
     }
 
-    /// The number of microsteps that the motor makes before it is at a position, if it turns on as it was seen last; the
-    /// positions wrap at 32 bits. `None` while it stands, or turns away from its goal.
+    /// The number of microsteps that the motor makes before it is at a position, if it turns on as it was seen last;
+    /// the positions wrap at 32 bits. `None` while it stands, or turns away from its goal.
     pub fn steps_before(&self, position: i32) -> Option<u32> {
         let on_its_way = self.speed.signum() == self.ahead().signum() && self.speed != 0;
         let way = position.wrapping_sub(self.position);

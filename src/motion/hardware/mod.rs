@@ -1,10 +1,10 @@
 //! The hardware of an axis: a ramp generator, which makes step pulses, and a driver, which makes coil currents of them.
 //! The two may be two chips or one.
 //!
-//! An axis reaches its chips by these traits alone and so knows none of them. A chip may be shared: what the axes of one
-//! [`MotionController`] have in common is not the axis' own, so a value that [binds](Hardware::bind) the two is lent for a
-//! call, and that one is [`RampGenerator`], [`Driver`] and [`StopSwitches`]. What a chip demands - how wide its positions
-//! are, in which order its registers are written - is known in one directory for each kind of hardware.
+//! An axis reaches its chips by these traits alone and so knows none of them. A chip may be shared. What the axes of
+//! one [`MotionController`] have in common is not the axis' own, so a value that [binds](Hardware::bind) the two is
+//! lent for a call. That value is [`RampGenerator`], [`Driver`] and [`StopSwitches`]. What a chip demands - how wide
+//! its positions are, in which order its registers are written - is known in one directory for each kind of hardware.
 
 mod controller;
 mod driver;
@@ -50,7 +50,7 @@ pub trait Hardware {
     /// The last readings.
     fn readings(&self, controller: &Self::Controller) -> Readings;
 
-    /// The state that is known, for the goal in it to be put back after a command that was refused. The chips are told so by
-    /// [`RampGenerator::go`].
+    /// The state that is known, for the goal in it to be put back after a command that was refused. The chips are told
+    /// so by [`RampGenerator::go`].
     fn known_mut(&mut self) -> &mut Known;
 }

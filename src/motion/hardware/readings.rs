@@ -9,7 +9,7 @@ pub struct Readings {
     pub current: u8,
     /// The driver's flags, as the bits of parameter 208.
     pub flags: u32,
-    /// Those of the flags that mean that the driver has switched the motor off.
+    /// The bits of the flags that mean that the driver has switched the motor off.
     pub shut_downs: u32,
     /// The driver is to be [told](super::Driver::drive) its excitation once more, because the motor stands now.
     pub waits: bool,

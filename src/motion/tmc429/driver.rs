@@ -32,9 +32,9 @@ impl<M: SpiDevice, D: SpiDevice> Driver for Bound<'_, M, D> {
 }
 
 impl<M: SpiDevice, D: SpiDevice> Bound<'_, M, D> {
-    /// Exchanges datagrams with the driver, again if an answer is lost. A driver that does not answer then, while the TMC429 on
-    /// the same bus does, counts as shut down. What has not reached it comes with its next readings, in whose rotation all its
-    /// registers are written. Never inlined, for the size of it.
+    /// Exchanges datagrams with the driver, again if an answer is lost. A driver that does not answer then, while the
+    /// TMC429 on the same bus does, counts as shut down. What has not reached it comes with its next readings, in whose
+    /// rotation all its registers are written. Never inlined, for the size of it.
     #[inline(never)]
     pub(super) fn tell_driver(&mut self, tell: TellDriver<D>) {
         let is_silent = tell(&mut self.axis.driver).is_err() && tell(&mut self.axis.driver).is_err();

@@ -16,7 +16,7 @@ use crate::motion::values::Values;
 use crate::param::AxisParameter as P;
 
 /// Length of the rotation of readings. Each second reading is the speed, each fourth the driver's, and each fourth the
-/// switches; the last one is, in place of the switches, the version of the TMC429, which shows that the chip is there.
+/// switches. The last one is, in place of the switches, the version of the TMC429, which shows that the chip is there.
 pub(super) const READINGS: u8 = 64;
 /// Number of the reading that asks the TMC429 for its version.
 pub(super) const CONFIRMATION: u8 = READINGS - 1;
@@ -44,8 +44,8 @@ impl<M: SpiDevice, D: SpiDevice> RampGenerator for Bound<'_, M, D> {
         self.retune(profile)
     }
 
-    /// In velocity mode the target does not act yet: the datagram that sets the motor going is the mode. In the positioning
-    /// modes it is the target.
+    /// In velocity mode the target does not act yet: the datagram that sets the motor going is the mode. In the
+    /// positioning modes it is the target.
     fn prepare(&mut self, target: i32, profile: &Profile<'_>) -> Result<(), Error> {
         self.axis.settled = None;
         if !self.axis.known.mode.positions() {
@@ -253,7 +253,7 @@ impl<M: SpiDevice, D: SpiDevice> Bound<'_, M, D> {
     }
 
     /// Writes RAMP_DIV and PULSE_DIV. Changing PULSE_DIV outside ramp mode may make a stray step while the motor stands
-    /// (datasheet section 8.1.13): so for the moment of the change the chip is in ramp mode, with its target where the
+    /// (datasheet section 8.1.13). So for the moment of the change the chip is in ramp mode, with its target where the
     /// motor is.
     fn write_divisors(&mut self, word: u32, stops: Stops) -> Result<(), Error> {
         let Known { mode, target_speed, speed, .. } = self.axis.known;

@@ -1,15 +1,15 @@
 //! 32-bit positions on the TMC429, whose counter and target have 24 bits.
 //!
-//! The chip's counter is extended by the difference of each reading from the one before, which is exact as long as the
-//! motor moves by less than 2^23 microsteps between two readings: at the chip's 500 kHz in 16.7 s, and the counter is
-//! read every millisecond. The chip's target must stay within 2^23 microsteps of the motor, so a longer move goes by
-//! way of waypoints: the chip's target is put ahead of the motor, and moved on long before the chip would begin to
-//! brake.
+//! The chip's counter is extended by the difference of each reading from the one before. This is exact as long as the
+//! motor moves by less than 2^23 microsteps between two readings. At the chip's 500 kHz it makes these in 16.7 s, and
+//! the counter is read every millisecond. The chip's target must stay within 2^23 microsteps of the motor, so a longer
+//! move goes by way of waypoints. The chip's target is put ahead of the motor, and moved on long before the chip would
+//! begin to brake.
 
 use crate::chip::tmc429::signed;
 
-/// Distance, in microsteps, that a waypoint is put ahead of the motor at most: a quarter of the counter's range, so
-/// that an overrun does not bring the motor to the far half.
+/// Distance, in microsteps, that a waypoint is put ahead of the motor at most. It is a quarter of the counter's range,
+/// so that an overrun does not bring the motor to the far half.
 const REACH: i32 = 1 << 22;
 /// A waypoint is moved on when the motor has fewer microsteps than this to go to it: four times the chip's longest
 /// braking ramp, which has 2^19 microsteps.
@@ -71,7 +71,8 @@ mod tests {
         assert_eq!(next(position, target, waypoint), None);
     }
 
-    /// 2^21 microsteps before its waypoint a motor gets another one, and 2^22 between two readings are half of what is counted.
+    /// 2^21 microsteps before its waypoint a motor gets another one, and 2^22 between two readings are half of what is
+    /// counted.
     #[test]
     fn a_motor_may_turn_on_until_its_waypoint_is_moved() {
         let rooms = [0, 1 << 21, (1 << 21) + 5, 1 << 22, 3 << 21, u32::MAX].map(room);

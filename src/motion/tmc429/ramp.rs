@@ -1,9 +1,9 @@
 //! The braking parameter p of the TMC429, and the accelerations for which the chip can express p (datasheet sections
 //! 8.1.7.1 and 8.1.10).
 //!
-//! p = A / (128 * 2^(RAMP_DIV - PULSE_DIV)) for an acceleration A, and the chip takes p as PMUL / 2^(3 + PDIV) with
-//! PMUL in 128..=255 and PDIV in 0..=13. The value p' given to the chip is a little smaller, so that the motor does not
-//! overshoot: the factor 0.988 keeps the datasheet's criterion 0.95 < p'/p < 1 even after PMUL is truncated (0.988 *
+//! p = A / (128 * 2^(RAMP_DIV - PULSE_DIV)) for an acceleration A. The chip takes p as PMUL / 2^(3 + PDIV) with PMUL in
+//! 128..=255 and PDIV in 0..=13. The value p' given to the chip is a little smaller, so that the motor does not
+//! overshoot. The factor 0.988 keeps the datasheet's criterion 0.95 < p'/p < 1 even after PMUL is truncated (0.988 *
 //! 128/129 = 0.980).
 
 use crate::units::{INTERNAL_MAX, Internal};
@@ -53,8 +53,8 @@ impl BrakingMemo {
 /// PMUL and PDIV for one acceleration, 1..=2047; `None` if that has none. The divisors are 0..=13.
 fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)> {
     let a = u64::try_from(acceleration).ok()?;
-    // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)), truncated. At most 988 *
-    // 2047 * 2^26 < 2^47.
+    // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)), truncated. At most
+    // 988 * 2047 * 2^26 < 2^47.
     let largest = ((REDUCTION * a) << (u32::from(pulse_div) + PDIV_MAX) >> (4 + ramp_div)) / 1000;
     // Each PDIV less halves it. There is one for which PMUL has the eight bits of 128..=255, if `largest` has so many.
     let excess = largest.checked_ilog2()?.checked_sub(7)?;
@@ -62,17 +62,17 @@ fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)>
     Some(((largest >> excess) as u8, pdiv as u8))
 }
 
-/// The settings for an acceleration of `wanted` (1..=2047): the smallest acceleration from `wanted` on that has a
-/// PMUL/PDIV pair and keeps the braking ramp within the chip's 2^19 microsteps at the speed limit `speed` (0..=2047);
-/// the largest such acceleration if `wanted` lies above them all. `None` if the divisors (0..=13) admit no
-/// acceleration.
+/// The settings for an acceleration of `wanted` (1..=2047). They have the smallest acceleration from `wanted` on that
+/// has a PMUL/PDIV pair and keeps the braking ramp within the chip's 2^19 microsteps at the speed limit `speed`
+/// (0..=2047). They have the largest such acceleration if `wanted` lies above them all. `None` if the divisors (0..=13)
+/// admit no acceleration.
 pub fn braking(wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
     let ratio = i32::from(ramp_div) - i32::from(pulse_div);
     // Smallest A with PMUL >= 128 at PDIV 13: 988 * A * 2^(PULSE_DIV + 13) >= 128 000 * 2^(4 + RAMP_DIV).
     let smallest = (128_000_u64 << (4 + ramp_div)).div_ceil(1 << (u32::from(pulse_div) + PDIV_MAX)).div_ceil(REDUCTION);
     let smallest = i32::try_from(smallest).ok().filter(|a| *a <= INTERNAL_MAX)?;
-    // The datasheet's limits are 2^(ratio - 1) below - for slow motion half of that, which `smallest` is - and 2^(ratio
-    // + 12) - 1 above, where ratio stands for RAMP_DIV - PULSE_DIV.
+    // The datasheet's limits are 2^(ratio - 1) below and 2^(ratio + 12) - 1 above, where ratio stands for RAMP_DIV -
+    // PULSE_DIV. For slow motion the limit below is half of that, which `smallest` is.
     let lower = if speed > HALF_LIMIT_SPEED && ratio >= 1 { smallest.max(1 << (ratio - 1)) } else { smallest };
     let upper = if ratio >= 0 { INTERNAL_MAX } else { (4096 >> -ratio) - 1 };
     // With the ratio at an extreme no acceleration lies between the limits; then the one that has a pair is used.
@@ -103,8 +103,8 @@ mod tests {
         assert_eq!(pair(1, 13, 0), None);
     }
 
-    /// 0.95 < p'/p < 1 for every acceleration and divisor pair that has one, in exact arithmetic:
-    /// p'/p = PMUL * 128 * 2^R / (2^(3 + PDIV) * A * 2^P).
+    /// 0.95 < p'/p < 1 for every acceleration and divisor pair that has one, in exact arithmetic. Here p'/p = PMUL *
+    /// 128 * 2^R / (2^(3 + PDIV) * A * 2^P).
     #[test]
     fn every_pair_keeps_the_datasheets_criterion() {
         let mut pairs = 0;

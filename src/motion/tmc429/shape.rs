@@ -34,8 +34,8 @@ impl Shape for Trapezoid {
         ramp::braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_some()
     }
 
-    /// From rest, or to it, with an acceleration of A, the square of the speed is 2048 p = 16 A 2^(PULSE_DIV - RAMP_DIV) for
-    /// each microstep (datasheet section 8.1.10). Of p the chip has PMUL / 2^(3 + PDIV).
+    /// From rest, or to it, with an acceleration of A, the square of the speed is 2048 p = 16 A 2^(PULSE_DIV -
+    /// RAMP_DIV) for each microstep (datasheet section 8.1.10). Of p the chip has PMUL / 2^(3 + PDIV).
     fn slopes(&self, values: &Values, wanted: i32, speed: i32) -> Slopes {
         let (ramp_div, pulse_div) = divisors(values);
         let (acceleration, square) = match ramp::braking(wanted, ramp_div, pulse_div, speed) {
@@ -45,7 +45,7 @@ impl Shape for Trapezoid {
         Slopes { acceleration, up: Slope::straight(square), down: Slope::straight(square) }
     }
 
-    /// Its motors are so slow that they make less than a microstep in that time.
+    /// The motors of a TMC429 are so slow that they make less than a microstep in that time.
     fn skew(_: i32) -> i32 {
         0
     }

@@ -19,8 +19,8 @@ impl<M: SpiDevice, D: SpiDevice> StopSwitches for Bound<'_, M, D> {
         Ok(self.own_switches(bits))
     }
 
-    /// Near the position that the chip counts as zero, within the tolerance of parameter 141, the chip lets the motor pass the
-    /// stop switches (datasheet section 8.1.14).
+    /// Near the position that the chip counts as zero, within the tolerance of parameter 141, the chip lets the motor
+    /// pass the stop switches (datasheet section 8.1.14).
     fn meets_switch(&self, profile: &Profile<'_>, ahead: i32) -> bool {
         let tolerance = profile.tolerance.unsigned_abs();
         let near = tolerance != 0 && signed(self.axis.known.position as u32, 24).unsigned_abs() <= tolerance;

@@ -1,7 +1,7 @@
-//! The registers of a TMC5160 that configure its driver, as the parameters of its axis make them: an exponent, a choice or
-//! a flag of a parameter becomes a field (TMC5160 datasheet sections 6.2, 6.4 and 6.5).
+//! The registers of a TMC5160 that configure its driver, as the parameters of its axis make them. An exponent, a choice
+//! or a flag of a parameter becomes a field (TMC5160 datasheet sections 6.2, 6.4 and 6.5).
 
-use super::unit::{LONGEST, Unit};
+use super::unit::{LONGEST, SpeedUnit};
 use crate::chip::tmc5160::{Register, gconf};
 use crate::motion::current::Excitation;
 use crate::motion::values::Values;
@@ -25,7 +25,7 @@ const DECIMAL: u32 = 1 << 10;
 pub(super) fn words(values: &Values, excitation: Excitation, pwm: bool) -> [(Register, u32); 14] {
     let word = |parameter: P| values.get(parameter) as u32;
     let flag = |parameter: P, bit: u32| if values.is_on(parameter) { 1_u32.unbounded_shl(bit) } else { 0 };
-    let unit = Unit::of(values);
+    let unit = SpeedUnit::of(values);
     let period = |speed: i32| unit.period(speed, values.get(P::MicrostepResolution));
     // For these thresholds a speed of 0 means never.
     let above = |parameter: P| if values.is_on(parameter) { period(values.get(parameter)) } else { 0 };
@@ -70,18 +70,19 @@ pub(super) fn pwm_wanted(values: &Values) -> bool {
     values.is_on(P::PwmThresholdSpeed) && values.is_on(P::PwmGradient)
 }
 
-/// The lower one of the speeds above which a stall stops the motor (181; 0: never) and above which coolStep works (182),
-/// because the chip has one threshold for both; `None` if neither is on. Between the two, the other one is switched by
-/// the firmware.
+/// The lower one of the speeds above which a stall stops the motor (181; 0: never) and above which coolStep works
+/// (182), because the chip has one threshold for both; `None` if neither is on. Between the two, the other one is
+/// switched by the firmware.
 fn cool_threshold(values: &Values) -> Option<i32> {
     let stall = Some(values.get(P::StopOnStall)).filter(|speed| *speed > 0);
     let cool = values.is_on(P::SmartEnergyHysteresisStart).then(|| values.get(P::SmartEnergyThresholdSpeed));
     [stall, cool].into_iter().flatten().min()
 }
 
-/// The threshold that a motor passes on its way up with this period of a microstep: the chip takes it for faster only when
-/// its period is below 15/16 of the threshold, less 1 (datasheet section 6.2, TSTEP). On its way down the motor is below the
-/// threshold at 15/16 of that speed; until there it is the firmware that has switched off what the speed is too low for.
+/// The threshold that a motor passes on its way up with this period of a microstep. The chip takes it for faster only
+/// when its period is below 15/16 of the threshold, less 1 (datasheet section 6.2, TSTEP). On its way down the motor is
+/// below the threshold at 15/16 of that speed. Until there it is the firmware that has switched off what the speed is
+/// too low for.
 const fn passed_at(period: u32) -> u32 {
     let threshold = period.saturating_add(3).saturating_mul(16) / 15;
     if threshold < LONGEST { threshold } else { LONGEST }
@@ -125,8 +126,8 @@ fn cool_step(values: &Values, excitation: Excitation) -> u32 {
         | word(P::StallGuardFilter) << 24
 }
 
-/// The microsteps in a count of the encoder, as a fixed point number of 16.16 bits, or with a fraction of 1/10000 where only
-/// that is exact; and whether it is such a one. Without an encoder it is 0.
+/// The microsteps in a count of the encoder, as a fixed point number of 16.16 bits, or with a fraction of 1/10000 where
+/// only that is exact. The second value tells whether it has such a fraction. Without an encoder it is 0.
 fn encoder_scale(values: &Values) -> (u32, bool) {
     let microsteps = values.get(P::FullStepResolution) as u64;
     let turn = microsteps.unbounded_shl(values.get(P::MicrostepResolution).unsigned_abs());

@@ -23,8 +23,8 @@ impl<D: SpiDevice> MotionController for Tmc5160<D> {
         self.answers() || self.confirm().is_ok()
     }
 
-    /// Each chip inverts its switches and its motor by parameters of its axis (24, 25 and 251), so there is nothing that its
-    /// axes have in common.
+    /// Each chip inverts its switches and its motor by parameters of its axis (24, 25 and 251), so there is nothing
+    /// that its axes have in common.
     fn invert(&mut self, _: bool, _: bool) -> Result<(), Error> {
         Ok(())
     }

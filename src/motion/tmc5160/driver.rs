@@ -9,13 +9,13 @@ use crate::motion::current::Excitation;
 use crate::motion::hardware::Driver;
 use crate::motion::values::Values;
 
-/// Number of turns, one in a millisecond, after which a reading of the driver's flags is younger than its last release: they
-/// are asked for in one of four turns, and come in the next one.
+/// Number of turns, one in a millisecond, after which a reading of the driver's flags is younger than its last release.
+/// They are asked for in one of four turns, and come in the next one.
 const RELEASING: u8 = 6;
 
 impl<D: SpiDevice> Driver for Bound<'_, D> {
-    /// The chip itself goes over to the standby current, so the state of motion decides only whether the bridges are on and
-    /// coolStep works.
+    /// The chip itself goes over to the standby current, so the state of motion decides only whether the bridges are on
+    /// and coolStep works.
     fn drive(&mut self, values: &Values, excitation: Excitation) -> Result<(), Error> {
         if excitation.free {
             self.chip.write(Register::Gstat, gstat::DRV_ERR)?;

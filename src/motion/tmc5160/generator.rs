@@ -4,7 +4,7 @@ use embedded_hal::spi::SpiDevice;
 
 use super::Bound;
 use super::ramp::Shape;
-use super::unit::{self, Unit, signed_speed};
+use super::unit::{self, SpeedUnit, signed_speed};
 use crate::chip::tmc5160::{self, Register, Turn, drv_status, ramp_stat};
 use crate::motion::Error;
 use crate::motion::hardware::{Followed, Goal, MotionController, RampGenerator, RampMode};
@@ -12,10 +12,11 @@ use crate::motion::profile::Profile;
 use crate::motion::values::Values;
 use crate::param::AxisParameter as P;
 
-/// Number of turns, one in a millisecond, after which a reading of the speed is younger than the last goal: it is asked for
-/// in one of two turns, and comes in the next one.
+/// Number of turns, one in a millisecond, after which a reading of the speed is younger than the last goal. It is asked
+/// for in one of two turns, and comes in the next one.
 const SETTLING: u8 = 4;
-/// Number of turns for which the switches stay as they stop the motor at once, so that the ramp generator has seen them.
+/// Number of turns for which the switches stay as they stop the motor at once, so that the ramp generator has seen
+/// them.
 const HALTING: u8 = 2;
 
 impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
@@ -43,8 +44,8 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         }
     }
 
-    /// In velocity mode the top speed would set the motor going: so the chip is in hold mode, in which the motor keeps the
-    /// speed that it has, until positioning begins. In positioning mode the motor goes when it gets its target.
+    /// In velocity mode the top speed would set the motor going. So the chip is in hold mode, in which the motor keeps
+    /// the speed that it has, until positioning begins. In positioning mode the motor goes when it gets its target.
     fn prepare(&mut self, target: i32, profile: &Profile<'_>) -> Result<(), Error> {
         self.write_switches(profile)?;
         let positions = self.chip.holds(Register::RampMode, tmc5160::RampMode::Positioning as u32);
@@ -68,7 +69,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         if self.axis.known.mode.positions() {
             return self.write_ramp(profile).map(drop);
         }
-        let unit = Unit::of(profile.values);
+        let unit = SpeedUnit::of(profile.values);
         self.chip.write(Register::AMax, unit.acceleration(profile.acceleration))?;
         self.chip.write(Register::TZeroWait, profile.values.get(P::RampWaitTime) as u32)?;
         Ok(self.chip.write(Register::VMax, unit.speed(self.axis.known.target_speed).min(unit::TOP_SPEED))?)
@@ -78,8 +79,8 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         self.axis.shape = shape;
     }
 
-    /// A chip that has been reset is set up with the motor where it was last known to be. What its driver has lost is written
-    /// by [`drive`](crate::motion::Driver::drive).
+    /// A chip that has been reset is set up with the motor where it was last known to be. What its driver has lost is
+    /// written by [`drive`](crate::motion::Driver::drive).
     fn stop(&mut self, profile: &Profile<'_>) -> Result<(), Error> {
         self.axis.known.mode = RampMode::Hold;
         if self.chip.is_lost() {
@@ -146,8 +147,8 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         Ok(self.axis.known.speed)
     }
 
-    /// On the way to a position the chip does not tell to what speed it is accelerating or braking: it is the top speed until
-    /// the motor is there.
+    /// On the way to a position the chip does not tell to what speed it is accelerating or braking: it is the top speed
+    /// until the motor is there.
     fn target_speed(&mut self) -> Result<i32, Error> {
         if !self.axis.known.mode.positions() {
             return Ok(self.axis.known.target_speed);
@@ -160,7 +161,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         Ok(match parameter {
             P::MeasuredSpeed => {
                 let period = self.chip.read(Register::TStep)?;
-                let speed = Unit::of(values).of_period(period, values.get(P::MicrostepResolution));
+                let speed = SpeedUnit::of(values).of_period(period, values.get(P::MicrostepResolution));
                 speed.saturating_mul(self.axis.known.speed.signum())
             }
             P::PwmScale => (self.chip.read(Register::PwmScale)? & 0xFF) as i32,

@@ -1,7 +1,7 @@
 //! The registers of a TMC5160 that make the ramps of a move to a position: six points, with two accelerations and two
 //! decelerations (TMC5160 datasheet section 12.2).
 
-use super::unit::{TOP_SPEED, Unit};
+use super::unit::{SpeedUnit, TOP_SPEED};
 use crate::chip::tmc5160::Register;
 use crate::motion::hardware;
 use crate::motion::profile::Profile;
@@ -29,7 +29,7 @@ impl Shape {
         }
     }
 
-    /// This shape where V1 is not 0: with 0, A1 and D1 have no effect, as if all of the ramp were below V1 and AMAX and
+    /// The shape where V1 is not 0: with 0, A1 and D1 have no effect, as if all of the ramp were below V1 and AMAX and
     /// DMAX held there.
     pub(super) fn in_two_parts(self, values: &Values) -> Self {
         let Shape { speeds: [start, stop, first], accelerations: [_, d_max, _] } = self;
@@ -85,7 +85,7 @@ impl hardware::Shape for Shape {
     }
 
     fn slopes(&self, values: &Values, wanted: i32, _: i32) -> Slopes {
-        let unit = Unit::of(values);
+        let unit = SpeedUnit::of(values);
         let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = *self;
         let bent = |begin: i32, below: i32, above: i32| {
             let [below, above] = [below, above].map(|acceleration| unit.growth(unit.acceleration(acceleration)));
@@ -95,7 +95,8 @@ impl hardware::Shape for Shape {
         Slopes { acceleration, up: bent(start, a1, wanted), down: bent(stop, d1, d_max) }
     }
 
-    /// The positions of two chips are read within some 60 us: at 1 pps the motor makes 1/65 of 1/256 microstep meanwhile.
+    /// The positions of two chips are read within some 60 us: at 1 pps the motor makes 1/65 of 1/256 microstep
+    /// meanwhile.
     fn skew(speed: i32) -> i32 {
         speed >> 6
     }
@@ -113,7 +114,7 @@ impl hardware::Shape for Shape {
 pub(super) fn words(profile: &Profile<'_>, shape: Shape) -> [(Register, u32); 9] {
     let Profile { values, speed, acceleration, .. } = *profile;
     let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = shape;
-    let unit = Unit::of(values);
+    let unit = SpeedUnit::of(values);
     let top = unit.speed(speed).min(TOP_SPEED);
     let start = unit.speed(start).clamp(1, (1 << 18) - 1).min(top);
     let stop = unit.speed(stop).min((1 << 18) - 1).max(start).max(1);

@@ -8,17 +8,17 @@ use crate::chip::tmc5160::{Register, Tmc5160, drv_status, enc_status, ramp_stat}
 use crate::motion::Error;
 use crate::motion::hardware::Readings;
 
-/// A difference between two readings of the position, in microsteps, after which the chip is asked whether it is there: at
-/// its top speed of 7 999 512 pps a motor makes 8000 in a millisecond.
+/// A difference between two readings of the position, in microsteps, after which the chip is asked whether it is there.
+/// At its top speed of 7 999 512 pps a motor makes 8000 in a millisecond.
 pub(super) const LEAP: u32 = 1 << 14;
 
 /// Number of turns in a rotation of readings.
 pub(super) const ROTATION: u8 = 32;
 
 impl<D: SpiDevice> Bound<'_, D> {
-    /// The register for which this turn asks: the speed in one of two turns, else in rotation the states of driver, ramp and
-    /// encoder, and now and then the version of the chip. Where a stall may have stopped the motor, the state of the ramp
-    /// takes the place of the driver's.
+    /// The register for which this turn asks. It is the speed in one of two turns, else in rotation the states of
+    /// driver, ramp and encoder, and now and then the version of the chip. Where a stall may have stopped the motor,
+    /// the state of the ramp takes the place of the driver's.
     pub(super) fn next_reading(&mut self) -> Register {
         self.axis.rotation = self.axis.rotation.wrapping_add(1);
         match self.axis.rotation % ROTATION {
@@ -30,8 +30,8 @@ impl<D: SpiDevice> Bound<'_, D> {
         }
     }
 
-    /// Takes in a reading of the position. A chip without supply reads as zeros, and one that has been reset has lost its
-    /// position: then the motor is where it was last known to be.
+    /// Takes in a reading of the position. A chip without supply reads as zeros, and one that has been reset has lost
+    /// its position: then the motor is where it was last known to be.
     pub(super) fn take_position(&mut self, position: i32) -> Result<(), Error> {
         let way = position.wrapping_sub(self.axis.known.position).unsigned_abs();
         if (way > LEAP || position == 0 && way > 0) && !self.chip.is_lost() {
@@ -76,8 +76,8 @@ impl<D: SpiDevice> Bound<'_, D> {
 const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
 
 impl<D: SpiDevice> Tmc5160Axis<D> {
-    /// The last readings. While those of the driver may be older than its last release, a shut-down does not show. Always
-    /// inlined, because a poll needs one or two of them at a time.
+    /// The last readings. While those of the driver may be older than its last release, a shut-down does not show.
+    /// Always inlined, because a poll needs one or two of them at a time.
     #[inline(always)]
     pub(super) fn last_readings(&self, chip: &Tmc5160<D>) -> Readings {
         let all = self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8;
@@ -95,8 +95,8 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
     }
 }
 
-/// The flags of the driver as parameter 208 shows them: bits 0 to 7 are those of DRV_STATUS from StallGuard to stst, as on a
-/// TMC262, and bits 8 and 9 the shorts to the supply.
+/// The flags of the driver as parameter 208 shows them. Bits 0 to 7 are those of DRV_STATUS from StallGuard to stst, as
+/// on a TMC262, and bits 8 and 9 the shorts to the supply.
 mod flags {
     /// ot: over-temperature.
     pub(super) const OVERTEMPERATURE: u32 = 1 << 1;

@@ -1,11 +1,11 @@
-//! The registers of a TMC5160 that follow the profile of its motor: those of its ramps, and what its stop switches and a stall
-//! do.
+//! The registers of a TMC5160 that follow the profile of its motor: those of its ramps, and what its stop switches and
+//! a stall do.
 
 use embedded_hal::spi::SpiDevice;
 
 use super::Bound;
 use super::ramp::{self, Shape};
-use super::unit::Unit;
+use super::unit::SpeedUnit;
 use crate::chip::tmc5160::{Register, sw_mode};
 use crate::motion::Error;
 use crate::motion::profile::Profile;
@@ -13,8 +13,9 @@ use crate::motion::switch::Side;
 use crate::param::AxisParameter as P;
 
 impl<D: SpiDevice> Bound<'_, D> {
-    /// Brings the registers of positioning ramps to the profile. True if one was written. A motor that already brakes before its
-    /// target speeds up again for a stronger brake only when the target is written once more (datasheet section 6.3.1, XTARGET).
+    /// Brings the registers of positioning ramps to the profile. True if one was written. A motor that already brakes
+    /// before its target speeds up again for a stronger brake only when the target is written once more (datasheet
+    /// section 6.3.1, XTARGET).
     pub(super) fn write_ramp(&mut self, profile: &Profile<'_>) -> Result<bool, Error> {
         let (mut written, mut brakes) = (false, false);
         for (register, word) in ramp::words(profile, self.axis.shape.unwrap_or(Shape::of(profile.values))) {
@@ -33,7 +34,7 @@ impl<D: SpiDevice> Bound<'_, D> {
     /// Brings SW_MODE to the profile, whose unit and top speed are noted for what is read later.
     pub(super) fn write_switches(&mut self, profile: &Profile<'_>) -> Result<(), Error> {
         let Profile { values, stops, .. } = *profile;
-        self.axis.unit = Unit::of(values);
+        self.axis.unit = SpeedUnit::of(values);
         self.axis.top_speed = profile.speed;
         let bit = |set: bool, bit: u32| if set { bit } else { 0 };
         let latch = match stops.latch {

@@ -44,8 +44,8 @@ fn read(version: u8, position: i32) -> (Result<i32, Error>, u32) {
     (read, stub.datagrams)
 }
 
-/// At its top speed of 7 999 512 pps a motor makes 8000 microsteps in a millisecond. A position that is further away than
-/// twice of that, 2^14 microsteps, counts only if the chip tells its version, which takes two datagrams more.
+/// At its top speed of 7 999 512 pps a motor makes 8000 microsteps in a millisecond. A position that is further away
+/// than twice of that, 2^14 microsteps, counts only if the chip tells its version, which takes two datagrams more.
 #[test]
 fn a_leap_of_the_position_is_confirmed() {
     for sign in [1, -1] {
@@ -56,9 +56,9 @@ fn a_leap_of_the_position_is_confirmed() {
     }
 }
 
-/// DRV_STATUS (datasheet section 6.5.5): the flags from bit 24 on, StallGuard, ot, otpw, s2ga, s2gb, ola, olb and stst, are bits
-/// 0 to 7 of parameter 208, and s2vsa and s2vsb in bits 12 and 13 are its bits 8 and 9. Over-temperature and the short circuits
-/// shut the driver down; those are not shown while what was read may be older than the driver's release.
+/// DRV_STATUS (datasheet section 6.5.5). The flags from bit 24 on, StallGuard, ot, otpw, s2ga, s2gb, ola, olb and stst,
+/// are bits 0 to 7 of parameter 208. In bits 12 and 13, s2vsa and s2vsb are its bits 8 and 9. Over-temperature and the
+/// short circuits shut the driver down; those are not shown while what was read may be older than the driver's release.
 #[test]
 fn the_flags_of_the_driver_are_those_of_parameter_208() {
     let [mut axis] = Tmc5160Axis::axes::<1>();

@@ -1,4 +1,4 @@
-//! What a browser gets for a request.
+//! The answer that a browser gets for a request.
 
 use std::fmt::Write;
 
@@ -18,9 +18,9 @@ const HEADERS: [(&str, &str); 5] = [
 /// An answer. Nothing in it comes from the request.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer<'a> {
-    /// What follows the version in the first line, and the header that belongs to it if there is one.
+    /// The text behind the version in the first line, and the header that belongs to it if there is one.
     status: &'static str,
-    /// What a browser is told of what the text is.
+    /// The kind of the text, as a browser is told it.
     kind: &'static str,
     text: &'a [u8],
     /// Whether only the head is asked for.
@@ -28,7 +28,7 @@ pub struct Answer<'a> {
 }
 
 impl<'a> Answer<'a> {
-    /// The answer to a request of the server at a port. It is meant only if that is whom the browser believes to ask: a
+    /// The answer to a request of the server at a port. The server is meant only if the browser believes to ask it. A
     /// page of others, whose name has become that of this computer, is not to read what is here.
     pub fn to(request: &[u8], files: &'a Files, port: u16) -> Self {
         let request = match Request::parse(request) {
@@ -61,7 +61,7 @@ impl<'a> Answer<'a> {
         Self { status, kind: "text/plain; charset=utf-8", text: sentence.as_bytes(), is_head: false }
     }
 
-    /// Its lines before the body.
+    /// The lines of the answer before the body.
     pub fn head(&self) -> String {
         let (status, kind, length, policy) = (self.status, self.kind, self.text.len(), policy::header());
         let mut head = format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n");
@@ -72,7 +72,7 @@ impl<'a> Answer<'a> {
         head + "\r\n"
     }
 
-    /// Its body.
+    /// The body of the answer.
     pub fn body(&self) -> &'a [u8] {
         if self.is_head { &[] } else { self.text }
     }

@@ -1,4 +1,4 @@
-//! What the compiler says of itself.
+//! Facts that the compiler tells of itself.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,8 +6,8 @@ use std::process::Command;
 /// Browsers, in the words of the compiler.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 
-/// What the compiler of a workspace says of something when it compiles for browsers, such as of its `sysroot`. The
-/// error is one sentence.
+/// Tells what the compiler of a workspace says of something when it compiles for browsers, such as of its `sysroot`.
+/// The error is one sentence.
 pub fn print(workspace: &Path, what: &str) -> Result<String, String> {
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let mut command = Command::new(compiler);

@@ -4,15 +4,15 @@ use std::fs;
 
 /// The documentation with the links.
 const PAGE: &str = "docs/studio.md";
-/// What stands before a link.
+/// The text in front of a link.
 const LINK: &str = "    #session=";
 
-/// What stands behind the address of the page for an example, such as `examples/there_and_back`.
+/// Finds the link to an example, such as `examples/there_and_back`: the text behind the address of the page.
 ///
 /// # Errors
 /// There is no such example, or the documentation cannot be read; one sentence.
 pub fn link(wanted: &str) -> Result<String, String> {
-    let path = fw::workspace()?.join(PAGE);
+    let path = xtask::workspace()?.join(PAGE);
     let page = fs::read_to_string(&path).map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
     let name = wanted.trim_start_matches("examples/").trim_end_matches(".tmc");
     let mut names = Vec::new();

@@ -14,15 +14,16 @@ const KINDS: [(&str, &str); 6] = [
     ("txt", "text/plain; charset=utf-8"),
 ];
 
-/// What a folder of the page may have beside it, for those who write it: the settings and packages of their tools.
+/// Names that a folder of the page may have beside the page, for those who write it: the settings and packages of their
+/// tools.
 const TOOLS: [&str; 4] = ["tsconfig.json", "package.json", "package-lock.json", "node_modules"];
 
 /// A file of the page.
 #[derive(Clone, Debug)]
 pub struct File {
-    /// What a browser is told of what it is, such as `application/wasm`.
+    /// The kind of the file, as a browser is told it, such as `application/wasm`.
     pub kind: &'static str,
-    /// What it holds.
+    /// The contents of the file.
     pub bytes: Vec<u8>,
 }
 
@@ -93,7 +94,8 @@ impl Files {
     }
 }
 
-/// What a browser is told of a file with this path. The error is a sentence that leaves the file to be named.
+/// The kind of a file with this path, as a browser is told it. The error is a sentence that leaves the file to be
+/// named.
 fn kind(path: &str) -> Result<&'static str, String> {
     // These stand for themselves in an address.
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./".contains(letter);

@@ -2,8 +2,8 @@
 //! `studio/page/`, and serves it to the browsers of this computer. It needs nothing but Rust.
 //!
 //! [`make::page`] makes the folder, of the same bytes wherever the checkout is. [`server::Server`] has a copy of the
-//! files in memory and knows of no others, so that no request reaches anything else; which [`request::Request`] gets
-//! which [`answer::Answer`] is told without a connection.
+//! files in memory and knows of no others, so that no request reaches anything else. The [`answer::Answer`] to a
+//! [`request::Request`] is told without a connection.
 
 #![deny(unsafe_code)]
 

@@ -10,8 +10,8 @@ use crate::compiler::{self, TARGET};
 use crate::files::Files;
 use crate::{maker, policy};
 
-/// The packages that are compiled for browsers, each with the file that becomes of it: the program of the page, and the same with
-/// what runs flash images, which is loaded when it is needed.
+/// The packages that are compiled for browsers, each with the file that becomes of it. The first is the program of the
+/// page. The second is the same with what runs flash images, and is loaded when it is needed.
 const PROGRAMS: [(&str, &str); 2] =
     [("tmcl-studio", "tmcl_studio.wasm"), ("tmcl-studio-image", "tmcl_studio_image.wasm")];
 /// The profile of Cargo with which that is done.
@@ -21,11 +21,12 @@ const FOLDER: &str = "studio";
 /// The page that stands for all of them.
 const INDEX: &str = "index.html";
 
-/// Makes the page anew, and tells where it is. The error is one sentence; what the compiler has to say it prints itself.
+/// Makes the page anew, and tells where it is. The error is one sentence; what the compiler has to say it prints
+/// itself.
 pub fn page() -> Result<PathBuf, String> {
-    let workspace = fw::workspace()?;
+    let workspace = xtask::workspace()?;
     let build = build_directory(&workspace)?;
-    fw::library(TARGET, "the page of the studio")?;
+    xtask::library(TARGET, "the page of the studio")?;
     let files = gather(&workspace.join("studio/page"), programs(&workspace, &build)?)?;
     // A page that is only half there is never seen at its place.
     let (place, beside) = (build.join(FOLDER), build.join(format!("{FOLDER}.new")));

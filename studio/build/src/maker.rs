@@ -1,5 +1,5 @@
-//! Which page it is: the version of the project, and a number of all files. Sessions tell by which page they were made, because
-//! another one may do them otherwise.
+//! The identity of the page: the version of the project, and a number of all files. Sessions tell by which page they
+//! were made, because another one may do them otherwise.
 
 use crc::{CRC_64_XZ, Crc};
 

@@ -1,5 +1,5 @@
-//! What the page may do in a browser, which is its content security policy: run and read what comes from this server,
-//! and nothing else. The page says so itself, for servers that do not.
+//! The content security policy of the page, which says what it may do in a browser: run and read what comes from this
+//! server, and nothing else. The page says so itself, for servers that do not.
 
 /// The policy that stands in the page.
 pub const PAGE: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; \

@@ -1,4 +1,4 @@
-//! What a browser asks for, in bytes. A request that is not plainly one is none: whoever means this server sends no
+//! The request of a browser, in bytes. A request that is not plainly one is none: whoever means this server sends no
 //! others.
 
 /// The longest request, in bytes.
@@ -7,7 +7,7 @@ pub const LIMIT: usize = 16 * 1024;
 /// The head of a request, as far as an answer depends on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// What is to be done, such as `GET`.
+    /// The method, which tells what is to be done, such as `GET`.
     pub method: String,
     /// Of what, such as `/index.html`; what follows a question mark is cut off.
     pub path: String,
@@ -18,9 +18,9 @@ pub struct Request {
 /// Why bytes are no request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// They are not what the protocol has, or are less than a request.
+    /// The bytes are not what the protocol has, or are less than a request.
     Malformed,
-    /// They are more than [`LIMIT`].
+    /// The bytes are more than [`LIMIT`].
     TooLong,
 }
 

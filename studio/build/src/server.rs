@@ -13,7 +13,7 @@ use crate::request::LIMIT;
 const CONNECTIONS: usize = 64;
 /// How long a request may take to come, and how long a piece of the answer may take to be fetched.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// What is read of what follows a request, in bytes and for how long.
+/// The most that is read of what follows a request, in bytes and in time.
 const REST: (u64, Duration) = (1 << 20, Duration::from_secs(2));
 
 /// A server of files, for the programs of this computer alone.

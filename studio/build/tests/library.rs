@@ -29,7 +29,7 @@ fn an_example_is_opened_in_the_browser() {
         &format!("mkdir -p {programs} && cd {programs} && touch tmcl_studio.wasm tmcl_studio_image.wasm"),
     );
     install(place, "browser", "echo \"$1\" >opened.new && mv opened.new opened");
-    let mut program = Command::new(fw::programs().unwrap().join("studio-build"));
+    let mut program = Command::new(xtask::programs().unwrap().join("studio-build"));
     program.args(["--open", "examples/jog"]).env("PATH", format!("{}:/usr/bin:/bin", place.display()));
     program.env_remove("RUSTC").env("CARGO", place.join("cargo")).env("CARGO_TARGET_DIR", place.join("target"));
     program.env("BROWSER", place.join("browser")).stdout(Stdio::piped());
@@ -55,7 +55,7 @@ fn what_is_missing_is_added_and_then_the_page_is_compiled() {
     install(place, "rustc", "echo $PWD/library");
     install(place, "rustup", "[ \"$*\" = \"target add wasm32-unknown-unknown --toolchain here\" ] && mkdir library");
     install(place, "cargo", "exit 1");
-    let mut program = Command::new(fw::programs().unwrap().join("studio-build"));
+    let mut program = Command::new(xtask::programs().unwrap().join("studio-build"));
     program.arg("--build").env("PATH", format!("{}:/usr/bin:/bin", place.display()));
     program.env_remove("RUSTC").env("CARGO", place.join("cargo")).env("CARGO_TARGET_DIR", place.join("target"));
     let output = program.env("RUSTUP_TOOLCHAIN", "here").output().unwrap();

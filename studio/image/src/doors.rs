@@ -73,12 +73,12 @@ mod tests {
     }
 
     fn image(name: &str) -> Vec<u8> {
-        let target = fw::programs().unwrap().join("..");
-        std::fs::read(fw::image(&target, name).unwrap().path).unwrap()
+        let target = xtask::programs().unwrap().join("..");
+        std::fs::read(xtask::image(&target, name).unwrap().path).unwrap()
     }
 
-    /// A program with which a module stops later than a page waits for its start: it counts down, and reads a random number,
-    /// of which the emulator knows nothing.
+    /// A program with which a module stops later than a page waits for its start: it counts down, and reads a random
+    /// number, of which the emulator knows nothing.
     fn stopping() -> Vec<u8> {
         const COUNT: u32 = 12_000_000;
         const RANDOM: u32 = 0x5006_0808;
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn an_image_runs_in_a_page() {
         assert_eq!(refused(&start("1140")), NO_IMAGE);
-        assert_eq!(take(&image(fw::TMCL)), json!({ "ok": { "product": "1140" } }));
+        assert_eq!(take(&image(xtask::TMCL)), json!({ "ok": { "product": "1140" } }));
         assert_eq!(refused(&start("3212")), "the image is one for the TMCM-1140, and not for the TMCM-3212");
         assert_eq!(start("1140"), json!({ "ok": { "name": "TMCM-1140", "product": "1140" } }));
         let mut desk = Desk::default();
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn what_is_no_image_for_a_page_is_refused_in_words() {
-        let file = image(fw::CANOPEN);
+        let file = image(xtask::CANOPEN);
         let told = take(&file);
         assert!(refused(&told).contains("CANopen firmware of the TMCM-1140"), "{told}");
         for length in [0, 3, 52, 100, 10_000] {

@@ -11,7 +11,7 @@ use tmcm_sim::fleet::Member;
 use tmcm_sim::image::{self, ImageModule, Setup};
 use tmcm_sim::{FirmwareKind, Product};
 
-/// What helps who has another file.
+/// Advice for whoever has another file.
 const IMAGES: &str = "A flash image is the file that `cargo fw` builds, target/thumbv7em-none-eabi/release/tmcm1140, or one \
                       of its like: docs/image.md";
 /// The page is connected by USB, and has the whole log.
@@ -21,7 +21,7 @@ const SETUP: Setup = Setup { usb: true, log: true };
 #[derive(Clone, Debug)]
 pub struct Image {
     elf: Rc<[u8]>,
-    /// What it is for; `None` if it does not tell.
+    /// The product that the image is for; `None` if it does not tell.
     product: Option<Product>,
 }
 
@@ -42,7 +42,7 @@ impl Image {
         Ok(Image { elf: elf.into(), product: model.map(|model| model.product()) })
     }
 
-    /// What the page is told of it.
+    /// The facts that the page is told of the image.
     pub fn told(&self) -> types::Image {
         types::Image { product: self.product.map(|product| product::short(product).into()) }
     }

@@ -1,4 +1,5 @@
-//! What the page's editor and its direct mode ask of the assembler. Lines and columns count from 0, columns in units of UTF-16.
+//! Questions that the page's editor and its direct mode ask the assembler. Lines and columns count from 0, columns in
+//! units of UTF-16.
 
 mod types;
 
@@ -46,7 +47,7 @@ fn mistake(editor::Mistake { file, line, range, severity, message }: editor::Mis
     Mistake { file, line, start: range.start, end: range.end, severity, words: message.words, advice }
 }
 
-/// What can be written at a place in a text.
+/// Tells what can be written at a place in a text.
 ///
 /// # Errors
 /// There is no such text.
@@ -55,7 +56,7 @@ pub fn complete(PlaceAsked { texts, main, product, line, column }: PlaceAsked) -
     editor::complete(&sources(texts), Path::new(&main), product, line, column).map(completion)
 }
 
-/// What can be written at a place in a line of direct mode.
+/// Tells what can be written at a place in a line of direct mode.
 pub fn complete_line(LineAsked { line, column, product }: &LineAsked) -> Completion {
     completion(editor::complete_command(line, known(product.as_deref()), *column))
 }
@@ -65,7 +66,7 @@ fn completion(editor::Completion { range, items }: editor::Completion) -> Comple
     Completion { start: range.start, end: range.end, items }
 }
 
-/// What stands at a place in a text.
+/// Tells what stands at a place in a text.
 ///
 /// # Errors
 /// There is no such text.

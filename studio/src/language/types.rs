@@ -1,4 +1,4 @@
-//! What is asked of the language, and what is told.
+//! Types of what is asked of the language, and of what is told.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,12 +48,12 @@ pub struct LineAsked {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checked {
-    /// For each line its parts: start, end, and the number of the kind, one part behind the other. The kinds are, from 0 on:
-    /// mnemonic, name, label, number, symbol, directive, file, comment, wrong.
+    /// For each line its parts: start, end, and the number of the kind, one part behind the other. The kinds are, from
+    /// 0 on: mnemonic, name, label, number, symbol, directive, file, comment, wrong.
     pub lines: Vec<Vec<usize>>,
     /// Errors and warnings of the whole program, the first of them.
     pub messages: Vec<Mistake>,
-    /// What is said where there are more of them.
+    /// The words that are said where there are more of them.
     pub more: Option<String>,
     /// The lines that have commands.
     pub commands: Vec<usize>,
@@ -73,15 +73,15 @@ pub struct Mistake {
     pub file: Option<String>,
     /// The line.
     pub line: usize,
-    /// Its first column.
+    /// The first column of the mistake.
     pub start: usize,
     /// The column behind its last one.
     pub end: usize,
     /// Whether the program can be assembled all the same.
     pub severity: Severity,
-    /// What is wrong.
+    /// The mistake, in words.
     pub words: String,
-    /// What to do about it.
+    /// The advice, which says what to do about it.
     pub advice: Option<Advice>,
 }
 
@@ -91,17 +91,17 @@ pub struct Mistake {
 pub enum Severity {
     /// The program cannot be assembled.
     Error,
-    /// It can, but may not do what is meant.
+    /// The program can be assembled, but may not do what is meant.
     Warning,
 }
 
-/// What to do about a mistake.
+/// Advice that says what to do about a mistake.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Advice {
     /// In words.
     Words(String),
-    /// What is probably meant in place of what is written there.
+    /// The text that is probably meant in place of what is written there.
     Instead(String),
 }
 
@@ -111,11 +111,11 @@ pub enum Advice {
 pub struct TextLabel {
     /// The label.
     pub name: String,
-    /// Its line.
+    /// The line of the label.
     pub line: usize,
 }
 
-/// What can be written at a place.
+/// The texts that can be written at a place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Completion {
@@ -123,7 +123,7 @@ pub struct Completion {
     pub start: usize,
     /// The column behind the last one.
     pub end: usize,
-    /// What can be written, what fits best first; at most 200.
+    /// The texts that can be written, those that fit best first; at most 200.
     pub items: Vec<CompletionItem>,
 }
 
@@ -131,29 +131,29 @@ pub struct Completion {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CompletionItem {
-    /// What is written.
+    /// The text that is written.
     pub text: String,
-    /// What it is, in a few words; it may be empty.
+    /// The meaning of the text, in a few words; it may be empty.
     pub note: String,
 }
 
-/// What stands at a place.
+/// The answer to a question about what stands at a place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Explained {
-    /// What it is; null where nothing has a meaning of its own.
+    /// The explanation; null where nothing has a meaning of its own.
     pub found: Option<Explanation>,
 }
 
-/// What stands at a place.
+/// An explanation of what stands at a place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Explanation {
-    /// Its first column.
+    /// The first column of what is explained.
     pub start: usize,
     /// The column behind its last one.
     pub end: usize,
-    /// What it is.
+    /// The explanation, in words.
     pub words: String,
     /// Where it is defined; null if that is in no text.
     pub place: Option<TextPlace>,

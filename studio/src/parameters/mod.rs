@@ -117,7 +117,7 @@ pub fn number(ParameterTyped { view, place, text }: &ParameterTyped) -> Result<V
     Ok(Value { value: Some(value) })
 }
 
-/// What has become of parameters, with the values that are told.
+/// Tells what has become of parameters, with the values that are told.
 fn told<T>(
     of: impl Iterator<Item = ParameterPlace>,
     each: Each<T>,
@@ -175,8 +175,8 @@ impl Tools {
         Ok(told(of.iter().copied(), each, |()| None))
     }
 
-    /// Writes lines of a file, as `tmcl params restore` does: at standstill, and again what depends on a later line. The values
-    /// are not read back.
+    /// Writes lines of a file, as `tmcl params restore` does: at standstill, and again what depends on a later line.
+    /// The values are not read back.
     ///
     /// # Errors
     /// The module is another product than the file's, a motor turns, the link fails, or it has been asked to end.

@@ -53,7 +53,7 @@ fn parameters_are_written_in_spite_of_refusals() {
     assert!(told[1].why.contains("status 3"), "{told:?}");
 }
 
-/// What is stored comes back by RSAP, and what is only written does not.
+/// A value that is stored comes back by RSAP, and one that is only written does not.
 #[test]
 fn parameters_are_stored() {
     let mut tools = tools("1140");

@@ -1,4 +1,4 @@
-//! What is asked about parameters, and what is told.
+//! Types of what is asked about parameters, and of what is told.
 
 use serde::{Deserialize, Serialize};
 use tmcl_tools::params::{INTERRUPTS, Setting, VARIABLES};
@@ -23,11 +23,11 @@ pub enum ParameterBank {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterPlace {
-    /// Its bank.
+    /// The bank of the parameter.
     pub bank: ParameterBank,
-    /// Its number.
+    /// The number of the parameter.
     pub number: u8,
-    /// Its axis; 0 for one that has none.
+    /// The axis of the parameter; 0 for one that has none.
     pub axis: u8,
 }
 
@@ -105,15 +105,15 @@ pub enum ParameterStored {
     Automatic,
 }
 
-/// What the table of a product says about a parameter; one of an axis stands for those of all axes.
+/// The row of a parameter in the table of a product; one of an axis stands for those of all axes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterRow {
-    /// Its bank.
+    /// The bank of the parameter.
     pub bank: ParameterBank,
-    /// Its number.
+    /// The number of the parameter.
     pub number: u8,
-    /// Its name.
+    /// The name of the parameter.
     pub name: String,
     /// The module's unit of its value; empty where a number speaks for itself.
     pub unit: String,
@@ -121,7 +121,7 @@ pub struct ParameterRow {
     pub ranges: Vec<ParameterRange>,
     /// The same in words.
     pub takes: String,
-    /// Its value in a new module.
+    /// The value of the parameter in a new module.
     pub default: i32,
     /// Whether it can be written.
     pub writable: bool,
@@ -153,7 +153,7 @@ pub struct ParametersMeant {
     pub of: Vec<ParameterPlace>,
 }
 
-/// What has become of a parameter.
+/// The outcome for a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterTold {
@@ -165,11 +165,11 @@ pub struct ParameterTold {
     pub why: String,
 }
 
-/// What has become of parameters.
+/// The outcomes for parameters.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParametersTold {
-    /// One of each that was meant, in their order.
+    /// The outcomes, one for each parameter that was meant, in their order.
     pub told: Vec<ParameterTold>,
 }
 
@@ -197,7 +197,7 @@ pub struct ParametersRestore {
     pub store: bool,
 }
 
-/// Which parameters are to be stored.
+/// The parameters that are to be stored.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParametersStore {
@@ -209,15 +209,15 @@ pub struct ParametersStore {
     pub of: Option<Vec<ParameterPlace>>,
 }
 
-/// What storing parameters takes.
+/// The writes that storing parameters takes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterWrites {
-    /// Those that are stored on command.
+    /// The parameters that are stored on command.
     pub of: Vec<ParameterPlace>,
     /// Number of writes to the EEPROM.
     pub writes: usize,
-    /// What has to be known before; why nothing can be stored, if that is so.
+    /// Sentences that have to be known before; if nothing can be stored, they say why.
     pub lines: Vec<String>,
 }
 
@@ -241,7 +241,7 @@ pub struct TypedLine {
     pub product: Option<String>,
 }
 
-/// What has to be known before values are written.
+/// Sentences that have to be known before values are written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterWords {
@@ -253,9 +253,9 @@ pub struct ParameterWords {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParametersFile {
-    /// Its name.
+    /// The name of the file.
     pub name: String,
-    /// What is in it.
+    /// The contents of the file.
     pub text: String,
     /// The product for which it is read; null for one that is not known.
     pub product: Option<String>,
@@ -277,13 +277,13 @@ pub struct ParameterLine {
     pub why: String,
 }
 
-/// What is in a file.
+/// The contents of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterLines {
     /// The number of the product in its title; null if it has none.
     pub from: Option<u16>,
-    /// Its lines. Of several about the same the last one.
+    /// The lines of the file. Of several about the same parameter it has the last one.
     pub lines: Vec<ParameterLine>,
 }
 

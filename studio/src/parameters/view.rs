@@ -20,7 +20,7 @@ pub enum ParameterUnits {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OwnUnit {
-    /// Its name.
+    /// The name of the unit.
     pub name: String,
     /// Number of microsteps that one has.
     pub microsteps: f64,
@@ -56,7 +56,7 @@ pub struct ParametersShow {
 pub struct ParameterText {
     /// The value.
     pub text: String,
-    /// Its unit; empty where a number speaks for itself.
+    /// The unit of the value; empty where a number speaks for itself.
     pub unit: String,
 }
 
@@ -64,7 +64,7 @@ pub struct ParameterText {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterTexts {
-    /// One of each that was to be shown.
+    /// The texts, one for each value that was to be shown.
     pub texts: Vec<ParameterText>,
 }
 

@@ -1,4 +1,4 @@
-//! What has to be known before something is written or stored, in sentences.
+//! Sentences that have to be known before something is written or stored.
 
 use tmcl_tools::asm::Symbols;
 use tmcl_tools::params::{Entry, Lasting, Setting, Unstored, VARIABLES, range, stores_itself, unstored};
@@ -10,14 +10,14 @@ use tmcm_sim::Product;
 use super::types::{ParameterPlace, ParameterWords, ParameterWrites, ParametersStore, ParametersToWrite, TypedLine};
 use crate::stop::known;
 
-/// What wears.
+/// The warning that the EEPROM wears.
 const WEARS: &str = "The EEPROM wears with each write: store what is to stay, and not what is only tried.";
-/// What the factory settings take away.
+/// The warning of what the factory settings take away.
 const DEFAULTS: &str = "All settings that are stored in the EEPROM of the module are lost, those of its interfaces, too: it \
                         has its factory settings after the next reset, and may have to be connected anew.";
-/// What is lost by storing coordinates.
+/// The warning of what is lost by storing coordinates.
 const COORDINATES: &str = "The coordinates that are stored in the EEPROM of the module are lost.";
-/// What a setting of an interface does.
+/// The warning of what a setting of an interface does.
 const CUTS_OFF: &str = "The module may not answer any more over this link after that, and has to be connected anew.";
 
 /// A setting in words.
@@ -62,18 +62,18 @@ fn count(number: usize, one: &str, many: &str) -> String {
     if number == 1 { format!("1 {one}") } else { format!("{number} {many}") }
 }
 
-/// What is lost by storing one parameter.
+/// The warning of what is lost by storing one parameter.
 fn overwritten(setting: Setting, product: Option<Product>) -> String {
     format!("The value of {} that is stored in the EEPROM of the module is lost.", name(setting, product))
 }
 
-/// What has to be known of a parameter that the module stores by itself.
+/// The warning of a parameter that the module stores by itself.
 fn stored_at_once(setting: Setting, product: Option<Product>) -> String {
     let (name, value) = (name(setting, product), setting.value());
     format!("{name}: the module stores {value} by itself at once, and what is stored there now is lost.")
 }
 
-/// What storing parameters takes.
+/// Tells what storing parameters takes.
 pub fn writes(ParametersStore { product, axes, of }: &ParametersStore) -> ParameterWrites {
     let product = known(product.as_deref());
     let settings: Vec<Setting> = match of {
@@ -109,7 +109,7 @@ pub fn writes(ParametersStore { product, axes, of }: &ParametersStore) -> Parame
     ParameterWrites { of: stores.into_iter().filter_map(ParameterPlace::of).collect(), writes: number, lines }
 }
 
-/// What has to be known before values are written: which the module stores by itself, and which may cut it off.
+/// Tells what has to be known before values are written: which the module stores by itself, and which may cut it off.
 pub fn automatic(ParametersToWrite { product, to }: &ParametersToWrite) -> ParameterWords {
     let product = known(product.as_deref());
     let settings: Vec<Setting> = to.iter().map(super::ParameterSetting::setting).collect();
@@ -121,8 +121,8 @@ pub fn automatic(ParametersToWrite { product, to }: &ParametersToWrite) -> Param
     ParameterWords { lines }
 }
 
-/// What has to be known before a line of direct mode is sent: what it leaves in the EEPROM. Nothing of what is no command;
-/// that is told when it is sent.
+/// Tells what has to be known before a line of direct mode is sent: what it leaves in the EEPROM. There is nothing to
+/// know of a line that is no command; that is told when it is sent.
 pub fn typed(TypedLine { line, product }: &TypedLine) -> ParameterWords {
     let product = known(product.as_deref());
     let request = Request::read(line, product, &Symbols::default()).ok();

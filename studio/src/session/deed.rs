@@ -1,4 +1,5 @@
-//! What reaches a virtual module from outside: a telegram, or a line of its control port. Each has a time of the module.
+//! Deeds, which reach a virtual module from outside: a telegram, or a line of its control port. Each has a time of the
+//! module.
 
 use std::fmt;
 
@@ -11,17 +12,17 @@ use tmcm_sim::client::Client;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::protocol::Request;
 
-/// Something that is done to a module, and when. Its text has the microseconds of the module's time, and behind them the command
-/// or the line: `34500 ROR 0, 500`, `2000000 press left`.
+/// Something that is done to a module, and when. Its text has the microseconds of the module's time, and behind them
+/// the command or the line: `34500 ROR 0, 500`, `2000000 press left`.
 #[derive(Clone, Debug)]
 pub struct Deed {
     /// When, in nanoseconds of the module's time: whole microseconds.
     pub at: Nanos,
-    /// What.
+    /// The action.
     pub what: What,
 }
 
-/// What is done.
+/// An action on a module.
 #[derive(Clone, Debug)]
 pub enum What {
     /// A command, over the USB link.
@@ -40,7 +41,7 @@ pub enum Around {
 }
 
 impl Around {
-    /// What a line changes; `None` of one that asks, or is about time.
+    /// The change that a line makes; `None` of one that asks, or is about time.
     pub fn of(request: &Request) -> Option<Self> {
         match request {
             Request::World(Line { control: Control::State, .. }) => None,

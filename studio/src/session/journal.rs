@@ -5,11 +5,11 @@ use hal_sim::clock::Nanos;
 use super::MOST_DEEDS;
 use super::deed::{Deed, What};
 
-/// What has reached a module since it was started.
+/// The deeds that have reached a module since it was started.
 #[derive(Debug, Default)]
 pub struct Journal {
     deeds: Vec<Deed>,
-    /// There was more than fits.
+    /// True if there was more than fits.
     is_full: bool,
 }
 

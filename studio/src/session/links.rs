@@ -1,5 +1,5 @@
-//! The example programs as links of the page, in `docs/studio.md`: each does what the command in the comments of the program does.
-//! `UPDATE_DOCS=1` in the environment writes them anew.
+//! The example programs as links of the page, in `docs/studio.md`: each does what the command in the comments of the
+//! program does. `UPDATE_DOCS=1` in the environment writes them anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ const EACH: Nanos = 10 * MILLISECOND;
 const MOST: usize = 8000;
 
 fn workspace() -> PathBuf {
-    fw::workspace().unwrap()
+    xtask::workspace().unwrap()
 }
 
 /// The words of a command line; those with spaces stand between quotation marks.
@@ -88,7 +88,7 @@ fn example(name: &str) -> Session {
     }
 }
 
-/// What stands behind the address of the page: as `session-link.js` packs it.
+/// The text behind the address of the page, as `session-link.js` packs it.
 fn link(session: &Session) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
     let packed = miniz_oxide::deflate::compress_to_vec(&serde_json::to_vec(session).unwrap(), 10);

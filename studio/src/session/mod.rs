@@ -1,8 +1,8 @@
-//! Sessions: what a virtual module was, and all that was done to it, so that it can be done again elsewhere with the same
-//! numbers.
+//! Sessions: what a virtual module was, and all that was done to it, so that it can be done again elsewhere with the
+//! same numbers.
 //!
-//! A session comes from anybody. What it has is counted and checked here before anything of it is used, and it is done on a
-//! virtual module only.
+//! A session comes from anybody. What it has is counted and checked here before anything of it is used, and it is done
+//! on a virtual module only.
 //!
 //! * `deed` - a thing that was done, and its time
 //! * `journal` - notes them
@@ -49,7 +49,7 @@ const LONGEST_TIME: Nanos = 24 * 3600 * SECOND;
 pub struct Session {
     /// The version of this form, 1.
     pub session: u32,
-    /// What it is about, in one line; may be empty.
+    /// The subject of the session, in one line; may be empty.
     pub title: String,
     /// By which page it was made; null if by none.
     pub made: Option<SessionMaker>,
@@ -59,8 +59,8 @@ pub struct Session {
     pub texts: Vec<NamedText>,
     /// The curves of the scope.
     pub curves: Vec<String>,
-    /// What was done, in the order of its times: microseconds of the module's time, and behind a space a command, as direct mode
-    /// has it, or a line of the control port.
+    /// The deeds of the session, in the order of their times. Each has the microseconds of the module's time, and
+    /// behind a space a command, as direct mode has it, or a line of the control port.
     pub done: Vec<String>,
     /// When it ends, in microseconds of the module's time.
     pub until: u64,
@@ -84,7 +84,7 @@ pub struct SessionRead {
     pub session: Session,
     /// The name of its product, such as TMCM-1140.
     pub name: String,
-    /// What is done in it, but for what only reads; each with its time.
+    /// The deeds of the session, but for those that only read; each with its time.
     pub lines: Vec<String>,
     /// How many commands only read.
     pub readings: usize,
@@ -172,7 +172,7 @@ impl Session {
     }
 }
 
-/// What is done in a session, and when it ends.
+/// The deeds of a session, and when it ends.
 ///
 /// # Errors
 /// Something of it cannot be done, or not then: what, and why.
@@ -200,7 +200,7 @@ fn check_done(done: &[String], until: u64, product: Product) -> Result<(Vec<Deed
 }
 
 impl Player {
-    /// What is done again to a module.
+    /// The player of what is done again to a module.
     ///
     /// # Errors
     /// Something of it cannot be done.

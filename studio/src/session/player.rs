@@ -10,18 +10,18 @@ use tmcm_sim::fleet::Fleet;
 use super::deed::Deed;
 use super::journal::Journal;
 
-/// What is still to be done, and until when it is followed.
+/// The deeds that are still to be done, and until when the module is followed.
 #[derive(Debug)]
 pub struct Player {
     deeds: VecDeque<Deed>,
     /// When the session ends, in nanoseconds of the module's time.
     until: Nanos,
-    /// Those who have sent commands whose replies nobody has taken.
+    /// The clients that have sent commands whose replies nobody has taken.
     asked: Vec<Client>,
 }
 
 impl Player {
-    /// What is to be done, in the order of its times, and when the session ends.
+    /// A player of these deeds, in the order of their times, until the session ends.
     pub fn new(deeds: impl IntoIterator<Item = Deed>, until: Nanos) -> Self {
         Player { deeds: deeds.into_iter().collect(), until, asked: Vec::new() }
     }

@@ -1,7 +1,7 @@
 //! Writes a session as a scenario, which `tmcl test` runs: with the values of its curves as what is expected.
 //!
-//! What a scenario says has to be so in `tmcl test`, too, so the session is done once more here, and what comes of it is
-//! written down. Commands that only read are left out if that makes no difference to any of these values.
+//! What a scenario says has to be so in `tmcl test`, too, so the session is done once more here, and what comes of it
+//! is written down. Commands that only read are left out if that makes no difference to any of these values.
 
 use std::task::Poll;
 
@@ -51,7 +51,7 @@ struct Step {
     at: Nanos,
     /// The values of the curves, right before.
     seen: Vec<f64>,
-    /// What is done; nothing at the end.
+    /// The action that is done; nothing at the end.
     what: Option<What>,
     /// Status and value of the reply, if it has come before the next step.
     reply: Option<(u8, i32)>,
@@ -67,7 +67,7 @@ impl Step {
 /// Does a session, and notes what comes of it.
 struct Rehearsal<'a> {
     fleet: Fleet<NativeModule>,
-    /// What is looked at for each curve that a scenario can expect something of.
+    /// The values that are looked at, one for each curve that a scenario can expect something of.
     curves: Vec<Quantity>,
     deeds: &'a [Deed],
     until: Nanos,

@@ -321,7 +321,7 @@ fn changed(text: &str, chance: &mut Chance) -> String {
     letters.into_iter().collect()
 }
 
-/// What anybody may send ends with words, or is done: nothing of it can end the page.
+/// A session that anybody may send ends with words, or is done: nothing of it can end the page.
 #[test]
 fn ten_thousand_changed_sessions_end_with_words_or_are_done() {
     let (mut long, _) = recorded(Product::Tmcm3110, 2);

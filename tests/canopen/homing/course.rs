@@ -25,8 +25,8 @@ fn a_homing_is_refused() {
     }
 }
 
-/// A limit switch that a method does not look for ends it: the motor stops there, an emergency tells which switch, and bit
-/// 11 is set until the motor leaves it. The homing counts as ended, but not as found.
+/// A limit switch that a method does not look for ends the homing. The motor stops there, an emergency tells which
+/// switch, and bit 11 is set until the motor leaves it. The homing counts as ended, but not as found.
 #[test]
 fn a_limit_switch_in_the_way_ends_a_homing() {
     let no_home = "[stage]\nleft = -5000\nright = 6000\n[encoder]\noffset = 20000\n";
@@ -63,8 +63,8 @@ fn a_limit_switch_in_the_way_ends_a_homing() {
     }
 }
 
-/// Bit 4 cleared, or a mode or state left, ends a homing at any moment: the motor stops along the ramp, bit 10 is set and
-/// bit 12 is not, nothing is told, and the position stays what it is.
+/// Bit 4 cleared, or a mode or state left, ends a homing at any moment. The motor stops along the ramp, bit 10 is set
+/// and bit 12 is not, nothing is told, and the position stays what it is.
 #[test]
 fn a_homing_is_ended_before_its_end() {
     for (object, value) in [(0x6040, 15), (0x6060, 3), (0x6040, 11), (0x6040, 7)] {
@@ -93,8 +93,8 @@ fn a_homing_is_ended_before_its_end() {
     }
 }
 
-/// Method 35 waits until the motor stands. If it is ended before, by bit 4, another mode or another state, the motor keeps its
-/// position when it stands. It brakes from 500 with an acceleration of 100, which takes a third of a second.
+/// Method 35 waits until the motor stands. If it is ended before, by bit 4, another mode or another state, the motor
+/// keeps its position when it stands. It brakes from 500 with an acceleration of 100, which takes a third of a second.
 #[test]
 fn a_homing_to_where_the_motor_is_is_ended_before_its_end() {
     for (object, value) in [(0x6040, 31), (0x6040, 15), (0x6060, 3), (0x6040, 11), (0x6040, 7)] {
@@ -125,8 +125,8 @@ fn a_homing_to_where_the_motor_is_is_ended_before_its_end() {
     }
 }
 
-/// Bit 12 stays until the next start: through the end of bit 4, other modes, in which it means something else, and other
-/// states. A start that is refused clears it too.
+/// Bit 12 stays until the next start: through the end of bit 4, other modes, in which it means something else, and
+/// other states. A start that is refused clears it too.
 #[test]
 fn the_home_position_stays_found() {
     let mut rig = ready(&stage(HOME, 0), &[(0x6098, 0, 17)]);
@@ -171,8 +171,8 @@ fn a_stall_ends_a_homing() {
     assert_eq!((rotor(&rig), rig.read(0x6064, 0)), (fallen, position));
 }
 
-/// The fast leg goes at 6099h.1, the slow ones at 6099h.2, and both have the acceleration of 609Ah: at divisors 7 and 3 one
-/// of 1000 changes the speed by 15.26 in a millisecond.
+/// The fast leg goes at 6099h.1, the slow ones at 6099h.2, and both have the acceleration of 609Ah. At divisors 7 and 3
+/// an acceleration of 1000 changes the speed by 15.26 in a millisecond.
 #[test]
 fn a_homing_has_its_speeds_and_its_acceleration() {
     // From within the switch there is no fast leg.

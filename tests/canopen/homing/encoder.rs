@@ -28,8 +28,8 @@ fn the_position_begins_at_the_encoder() {
     assert_eq!(rig.read(0x6064, 0), 12_800 / 16);
 }
 
-/// Where no encoder is connected, what needs one is refused, and counts as its default where it was saved on a board that
-/// has one.
+/// Where no encoder is connected, what needs one is refused, and counts as its default where it was saved on a board
+/// that has one.
 #[test]
 fn without_an_encoder_what_needs_one_is_refused() {
     const STATE: u32 = 0x0800_0022;
@@ -57,7 +57,8 @@ fn without_an_encoder_what_needs_one_is_refused() {
     assert_eq!(rig.write(0x6098, 0, 4), Err(0x0609_0030), "what nobody has is refused otherwise");
 }
 
-/// After a homing the encoder has the same position as the motor, and goes on with it, whatever the microsteps of a turn.
+/// After a homing the encoder has the same position as the motor, and goes on with it, whatever the microsteps of a
+/// turn.
 #[test]
 fn the_encoder_goes_on_from_the_home_position() {
     for (resolution, full_steps) in [(8, 200), (4, 200), (6, 200)] {

@@ -1,4 +1,5 @@
-//! Homing: where each method ends, what a master sees of it, and what is refused. Positions are those of the world's rotor.
+//! Homing: where each method ends, what a master sees of it, and what is refused. Positions are those of the world's
+//! rotor.
 
 mod course;
 mod encoder;

@@ -186,8 +186,8 @@ fn the_step_counter_counts_the_way_alone() {
     assert_eq!((rig.read(0x6064, 0), rig.read(0x210B, 1) - before), (0, way));
 }
 
-/// The home offset of a homing is that of its beginning: 2100h shows it, and the position is less than zero by it, though the
-/// object has another value when the home position is found.
+/// The home offset of a homing is that of its beginning. 2100h shows it, and the position is less than zero by it,
+/// though the object has another value when the home position is found.
 #[test]
 fn an_offset_that_is_written_meanwhile_is_for_the_next_homing() {
     for method in [17, 19] {

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Where each switch may be closed while its input is low. Of two limit switches with polarities of their own the motion
-/// controller watches the left one, and the node the right one, a millisecond late.
+/// Where each switch may be closed while its input is low. Of two limit switches with polarities of their own the
+/// motion controller watches the left one, and the node the right one, a millisecond late.
 #[test]
 fn switches_have_polarities_of_their_own() {
     const LEFT: u32 = 1 << 2;
@@ -53,8 +53,8 @@ fn the_digital_inputs_show_switches_as_they_count() {
     }
 }
 
-/// What 2005h says holds from the start on when it was saved; and in another mode the node stops the motor at the right
-/// switch that it watches, tells it, and lets it go back.
+/// The settings in 2005h hold from the start on when they were saved. In another mode the node stops the motor at the
+/// right switch that it watches, tells it, and lets it go back.
 #[test]
 fn saved_switches_are_in_force_from_the_start() {
     let world = "[stage]\nleft = -5000\nright = 6000\nnormally_closed = [\"right\"]\n";

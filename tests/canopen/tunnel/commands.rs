@@ -56,7 +56,7 @@ fn a_reference_search() {
     assert_eq!(tmcl(&mut rig, "RFS STATUS, 0"), 0);
 }
 
-/// What needs neither the EEPROM nor program memory nor a link.
+/// Commands that need neither the EEPROM nor program memory nor a link.
 #[test]
 fn commands_without_a_motor() {
     let mut rig = rig();

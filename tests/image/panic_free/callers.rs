@@ -1,4 +1,5 @@
-//! Who in a program for the microcontroller calls what ends in the panic handler, read from its machine code.
+//! Callers, in a program for the microcontroller, of functions that end in the panic handler, read from its machine
+//! code.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,5 @@
-//! What no command of TMCL asks of an axis, and other languages do: an axis of a device on the simulated board, without a
-//! module.
+//! Requests that no command of TMCL makes to an axis, and other languages do: an axis of a device on the simulated
+//! board, without a module.
 
 use hal_sim::board::{AxisInputs, Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
@@ -80,7 +80,7 @@ impl Bare {
     }
 }
 
-/// At divisors 7 and 3 an acceleration of 1000 changes the speed by 15.3 in a millisecond: from 1000 to 0 that takes 66
+/// At divisors 7 and 3 an acceleration of 1000 changes the speed by 15.3 in a millisecond. From 1000 to 0 that takes 66
 /// milliseconds, and with an acceleration of 200 five times as long. The next command has that of parameter 5 again.
 #[test]
 fn a_motor_stops_with_an_acceleration_of_its_own() {
@@ -95,8 +95,8 @@ fn a_motor_stops_with_an_acceleration_of_its_own() {
     }
 }
 
-/// A move is given another target, and another pace, while it is under way: it never stands in between, and arrives at the
-/// last target alone.
+/// A move is given another target, and another pace, while it is under way: it never stands in between, and arrives at
+/// the last target alone.
 #[test]
 fn a_move_is_aimed_anew_while_the_motor_turns() {
     let mut bare = Bare::in_world("");
@@ -130,8 +130,8 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     assert_eq!((bare.get(P::MaximumSpeed), bare.get(P::MaximumAcceleration)), (1000, 1000));
 }
 
-/// A unit of speed is 16 MHz / (2^divisor * 2048 * 32). Whatever the divisor, a motor that is too slow by one microstep gets
-/// as much speed as makes up for it in 2^18 clocks, which are 16.4 ms.
+/// A unit of speed is 16 MHz / (2^divisor * 2048 * 32). Whatever the divisor, a motor that is too slow by one microstep
+/// gets as much speed as makes up for it in 2^18 clocks, which are 16.4 ms.
 #[test]
 fn a_lag_is_made_up_for_in_the_same_time_at_every_pulse_divisor() {
     let mut bare = Bare::in_world("");
@@ -166,8 +166,8 @@ fn drivers_are_off_until_the_firmware_switches_them_on() {
     }
 }
 
-/// A device that was given up because its motion controller was silent, and was to be restarted, is as good as new after
-/// another start.
+/// A device that was given up because its motion controller was silent, and was to be restarted, is as good as new
+/// after another start.
 #[test]
 fn another_start_forgets_that_a_motion_controller_was_silent() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));

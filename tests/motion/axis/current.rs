@@ -41,9 +41,9 @@ fn cool_step(bench: &Bench) -> bool {
     bench.module.board().borrow().tmc262(0).registers().smarten & 0xF != 0
 }
 
-/// A motor that turns at the speed of parameter 182 has the run current, 21/32, and coolStep; one slower by the smallest step
-/// there is has the slow run current, 7/32, and no coolStep: whichever way it turns, in velocity mode and on a move, and when
-/// the parameter changes as well.
+/// A motor that turns at the speed of parameter 182 has the run current, 21/32, and coolStep. One slower by the
+/// smallest step there is has the slow run current, 7/32, and no coolStep. This holds whichever way it turns, in
+/// velocity mode and on a move, and when the parameter changes as well.
 #[test]
 fn at_the_threshold_speed_the_run_current_flows_and_below_it_the_slow_one() {
     for line in ["ROR 0, 300", "ROL 0, 300", "MVP ABS, 0, 90000000", "MVP ABS, 0, -90000000"] {
@@ -66,8 +66,8 @@ fn at_the_threshold_speed_the_run_current_flows_and_below_it_the_slow_one() {
     }
 }
 
-/// The boost current flows up to the very speed, and then it is that speed which decides, also where the ramp ends at the
-/// speed of parameter 182.
+/// The boost current flows up to the very speed, and then it is that speed which decides, also where the ramp ends at
+/// the speed of parameter 182.
 #[test]
 fn where_a_ramp_ends_at_the_threshold_speed_the_run_current_follows_the_boost() {
     for (speed, current) in [(299, 7), (300, 21), (-299, 7), (-300, 21)] {

@@ -1,4 +1,4 @@
-//! What an axis does at the limits of its rules: to the poll, the microstep and the datagram.
+//! The behaviour of an axis at the limits of its rules: to the poll, the microstep and the datagram.
 
 mod bare;
 mod current;

@@ -4,7 +4,7 @@ use crate::common::Bench;
 use crate::common::loose::LooseBench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
-/// What a switch has said for this many polls counts.
+/// Number of polls after which the state of a switch counts.
 const SETTLED: usize = 20;
 
 /// A motor that stands before a closed left switch.
@@ -51,8 +51,8 @@ fn a_switch_that_bounces_holds_a_move_anew() {
     }
 }
 
-/// Parameter 141: up to that far from where the chip's counter of 24 bits is zero the switch does not hold the motor, however
-/// slowly it starts; here it stands for 105 ms before its speed is 1. With 0 the switch holds it everywhere.
+/// Parameter 141: up to that far from where the chip's counter of 24 bits is zero the switch does not hold the motor,
+/// however slowly it starts. Here it stands for 105 ms before its speed is 1. With 0 the switch holds it everywhere.
 #[test]
 fn the_tolerance_of_the_switches_ends_at_the_microstep() {
     for (tolerance, start, target, arrives) in [
@@ -121,7 +121,7 @@ fn a_position_overwritten_at_the_target_at_speed_stops_the_motor_along_the_ramp(
     assert_eq!(bench.ok("GAP 138, 0"), 2);
 }
 
-/// ROR, or ROL, takes over from a move so long that it goes in legs: the motor turns on, at its speed, far past where
+/// ROR, or ROL, takes over from a move so long that it goes in legs. The motor turns on, at its speed, far past where
 /// the next leg would have begun, and the motion controller is not told of targets.
 #[test]
 fn a_rotation_after_a_long_move_is_left_alone() {

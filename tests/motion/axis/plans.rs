@@ -1,5 +1,5 @@
-//! Reference searches by lists of legs that no mode of parameter 193 has, and the right stop switch that the axis watches
-//! itself.
+//! Reference searches by lists of legs that no mode of parameter 193 has, and the right stop switch that the axis
+//! watches itself.
 
 use super::bare::Bare;
 use hal_sim::fault::Fault;
@@ -32,9 +32,9 @@ fn zero_of(bare: &mut Bare, plan: Plan, start: i32, pace: Pace<Trapezoid>) -> Op
     found.then(|| bare.rotor())
 }
 
-/// Searches that end at an edge of a switch, and none of them is one of parameter 193: the zero point is where the switch
-/// opens when the motor leaves it. From beyond the home switch only a search that turns round finds it, and leaves it on
-/// the other side.
+/// Searches that end at an edge of a switch, and none of them is one of parameter 193. The zero point is where the
+/// switch opens when the motor leaves it. From beyond the home switch only a search that turns round finds it, and
+/// leaves it on the other side.
 #[test]
 fn another_search_is_another_list_of_legs() {
     let world = "[stage]\nleft = -9000\nright = 9000\nhome = [2000, 4000]\n";
@@ -104,9 +104,9 @@ fn a_search_is_refused_or_gives_up() {
     assert_eq!((bare.speed(), limit), (0, Some(Side::Right)));
 }
 
-/// A search of the home switch that begins anew with other legs after it has turned round: it always ends where the left
-/// edge of the switch is, also where it runs over the switch from the right. A switch that is not there turns nothing
-/// round and stops nothing.
+/// A search of the home switch that begins anew with other legs after it has turned round. It always ends where the
+/// left edge of the switch is, also where it runs over the switch from the right. A switch that is not there turns
+/// nothing round and stops nothing.
 #[test]
 fn a_search_that_has_turned_round_goes_on_by_other_legs() {
     const LEGS: &[Leg] = &[Leg::FIND, Leg::LEAVE];
@@ -126,8 +126,8 @@ fn a_search_that_has_turned_round_goes_on_by_other_legs() {
     assert!(zero.is_some_and(|zero| (zero - 5000).abs() <= 2), "{zero:?}");
 }
 
-/// The zero point of the encoder that the motor passes while it comes to a stand behind the edge of a switch is the next
-/// one from the edge on; one that it has passed before the edge, or on its way to the switch, is not.
+/// The motor passes a zero point of the encoder while it comes to a stand behind the edge of a switch. That is the next
+/// zero point from the edge on. One that the motor has passed before the edge, or on its way to the switch, is not.
 #[test]
 fn the_next_index_is_counted_from_the_edge() {
     const LEGS: &[Leg] = &[Leg::FIND, Leg::LEAVE, Leg::BACK_TO_INDEX];
@@ -143,8 +143,8 @@ fn the_next_index_is_counted_from_the_edge() {
     }
 }
 
-/// While the motor passes the zero point of the encoder the motion controller does not answer: where it was follows from
-/// the encoder's angle, and does not matter when it is known.
+/// While the motor passes the zero point of the encoder the motion controller does not answer. Where the zero point was
+/// follows from the encoder's angle, and it does not matter when that is known.
 #[test]
 fn an_index_counts_where_it_was_though_the_position_was_not_heard() {
     let mut bare = Bare::in_world("[encoder]\noffset = 13000\n");
@@ -167,8 +167,8 @@ fn way(speed: i32) -> i64 {
 }
 
 /// A right stop switch that is closed while its input is low, beside a left one that is closed while its input is high.
-/// The ramp generator has the polarity of the left one, and the axis watches the right one: it stops the motor in the poll
-/// that sees the switch closed, and lets the motor go back, but not on.
+/// The ramp generator has the polarity of the left one, and the axis watches the right one. The axis stops the motor in
+/// the poll that sees the switch closed, and lets the motor go back, but not on.
 #[test]
 fn an_axis_watches_a_right_switch_of_another_polarity() {
     let world = "[stage]\nleft = -9000\nright = 9000\nnormally_closed = [\"right\"]\n";
@@ -197,8 +197,8 @@ fn an_axis_watches_a_right_switch_of_another_polarity() {
     }
 }
 
-/// On the closed switch not even one microstep is made, by a move as well as by the slowest rotation, whichever reading comes
-/// first.
+/// On the closed switch not even one microstep is made, by a move as well as by the slowest rotation, whichever reading
+/// comes first.
 #[test]
 fn a_watched_switch_lets_a_motor_make_no_microstep() {
     let world = "[stage]\nright = 9000\nnormally_closed = [\"right\"]\n[motor]\nstart = 9100\n";

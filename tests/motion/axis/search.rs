@@ -40,8 +40,8 @@ fn begun(settings: &[&str]) -> Bench {
     bench
 }
 
-/// A leg is over when the motor has stood for twenty polls with nothing new; the poll that sees the switch open is none of
-/// them. A switch that bounces in the last of them has them counted anew.
+/// A leg is over when the motor has stood for twenty polls with nothing new; the poll that sees the switch open is none
+/// of them. A switch that bounces in the last of them has them counted anew.
 #[test]
 fn a_switch_that_bounces_keeps_a_leg_from_ending() {
     for bounce in 8..20 {
@@ -59,8 +59,8 @@ fn a_switch_that_bounces_keeps_a_leg_from_ending() {
     }
 }
 
-/// A switch that was seen and is gone is looked for as far back as the motor had run past it and four full steps further:
-/// at that very microstep it still counts, one beyond the search for it begins again.
+/// A switch that was seen and is gone is looked for as far back as the motor had run past it and four full steps
+/// further. At that very microstep it still counts. One microstep beyond, the search for it begins again.
 #[test]
 fn a_switch_is_looked_for_up_to_the_limit() {
     // At an internal speed of 10 the motor takes three milliseconds for a microstep: each one is seen.
@@ -93,9 +93,9 @@ fn a_switch_is_looked_for_up_to_the_limit() {
     assert_eq!(leg(&mut bench), 3);
 }
 
-/// Between the stop switches at 9000 to either side and with the home switch from 2000 to 5000, a search by `mode` whose slow
-/// legs go at an internal speed of 500. The motor needs 33 ms to come to a stand from that, in which it makes some 250
-/// microsteps.
+/// Begins a search by `mode` whose slow legs go at an internal speed of 500, and waits for leg `number`. The stop
+/// switches are at 9000 to either side, and the home switch is from 2000 to 5000. The motor needs 33 ms to come to a
+/// stand from that speed, in which it makes some 250 microsteps.
 fn in_slow_leg(mode: i32, number: i32) -> Bench {
     let stage = "[stage]\nleft = -9000\nleft_width = 3000\nright = 9000\nright_width = 3000\nhome = [2000, 5000]\n";
     let mut bench = Bench::in_world(stage);
@@ -106,9 +106,9 @@ fn in_slow_leg(mode: i32, number: i32) -> Bench {
     bench
 }
 
-/// A contact that closes and opens again while the motor is on its way back to the edge that it has left is not the far side
-/// of the switch: the leg that crosses the switch goes on, and the zero point is the middle of the switch. The home switch is
-/// sampled once in a millisecond, in which the motor makes 15 microsteps.
+/// A contact that closes and opens again while the motor is on its way back to the edge that it has left is not the far
+/// side of the switch. The leg that crosses the switch goes on, and the zero point is the middle of the switch. The
+/// home switch is sampled once in a millisecond, in which the motor makes 15 microsteps.
 #[test]
 fn a_contact_before_the_first_edge_does_not_end_the_crossing() {
     for (mode, switch, middle, off) in [(4, "left", -10_500, 2), (68, "right", 10_500, 2), (6, "home", 3_500, 8)] {
@@ -125,9 +125,9 @@ fn a_contact_before_the_first_edge_does_not_end_the_crossing() {
     }
 }
 
-/// On the way to the zero point the stop switch before the motor ends the search, which has failed then; the one behind it
-/// does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in mode 5
-/// has turned round at the left end before.
+/// On the way to the zero point the stop switch before the motor ends the search, which has failed then. The one behind
+/// it does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in
+/// mode 5 has turned round at the left end before.
 #[test]
 fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
     for (mode, middle, before, behind) in [
@@ -171,8 +171,9 @@ fn a_switch_that_was_a_glitch_is_looked_for_by_the_same_leg() {
     }
 }
 
-/// A module that leaves polls out while nothing happens does not leave those out in which a search looks where the motor is.
-/// Without the filter of stallGuard2 a whole measurement of the load, before which no polls are left out, takes two full steps.
+/// A module that leaves polls out while nothing happens does not leave those out in which a search looks where the
+/// motor is. Without the filter of stallGuard2 a whole measurement of the load, before which no polls are left out,
+/// takes two full steps.
 #[test]
 fn a_switch_is_looked_for_up_to_the_limit_whatever_polls_are_left_out() {
     let mut bench = begun(&["SAP 195, 0, 10", "SAP 173, 0, 0"]);
@@ -207,7 +208,7 @@ fn within_the_tolerance_of_parameter_141_the_switch_stops_a_search_at_once() {
     assert!((-701..=-699).contains(&bench.rotor()), "{}", bench.rotor());
 }
 
-/// What goes wrong in a search: after `poll` polls, and some datagrams, so many are lost, or only their answers. Before
+/// A disturbance of a search: after `poll` polls, and some datagrams, so many are lost, or only their answers. Before
 /// that a parameter may have been refused, so that it is written anew with the next leg.
 #[derive(Clone, Copy, Debug, Default)]
 struct Disturbed {
@@ -262,9 +263,9 @@ fn places(bench: &LooseBench) -> (i64, i32) {
     (board.world().axis(0).motor().rotor(), board.tmc429(0).position(0))
 }
 
-/// The zero point is in the middle between where the switch of the search closes and where it opens, which the ramp generator
-/// latches: that of the left one or, from 64 on, of the right one. At this speed, which the motor has by then because of the
-/// hysteresis, it makes 30 microsteps between two polls, so what they see would be further away.
+/// The zero point is in the middle between where the switch of the search closes and where it opens, which the ramp
+/// generator latches. The switch is the left one or, from 64 on, the right one. At this speed, which the motor has by
+/// then because of the hysteresis, it makes 30 microsteps between two polls. So what they see would be further away.
 #[test]
 fn the_zero_point_is_latched_at_the_switch_of_the_search() {
     for (mode, middle) in [(1, -28_500), (65, 28_500)] {

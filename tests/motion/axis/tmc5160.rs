@@ -23,8 +23,8 @@ fn polls_until(bench: &mut Bench, done: impl Fn(&mut Bench) -> bool) -> Option<u
     })
 }
 
-/// The speed is asked for in one of two turns and comes in the next one, so four turns after a motion command it is known that
-/// a motor stands: then stealthChop can be switched on.
+/// The speed is asked for in one of two turns and comes in the next one. So four turns after a motion command it is
+/// known that a motor stands: then stealthChop can be switched on.
 #[test]
 fn a_motor_is_known_to_stand_in_the_fourth_turn_after_a_command() {
     for phase in 0..ROTATION {
@@ -39,8 +39,8 @@ fn a_motor_is_known_to_stand_in_the_fourth_turn_after_a_command() {
     }
 }
 
-/// What stops a motor at once are the switches, both of which count as closed for two turns: the ramp generator has seen them
-/// then. The low supply is seen at the beginning of a turn, whose poll is the first of the two.
+/// A motor is stopped at once by the switches, both of which count as closed for two turns: the ramp generator has seen
+/// them then. The low supply is seen at the beginning of a turn, whose poll is the first of the two.
 #[test]
 fn a_motor_that_was_stopped_at_once_has_its_switches_again_after_two_turns() {
     for phase in 0..ROTATION {
@@ -55,8 +55,9 @@ fn a_motor_that_was_stopped_at_once_has_its_switches_again_after_two_turns() {
     }
 }
 
-/// The driver's flags are asked for in one of four turns and come in the next one. So the shut-down that the next command has
-/// ended counts again in the sixth turn after it, if its cause is still there, whatever was read in between.
+/// The driver's flags are asked for in one of four turns and come in the next one. So the shut-down that the next
+/// command has ended counts again in the sixth turn after it, if its cause is still there, whatever was read in
+/// between.
 #[test]
 fn a_short_circuit_that_lasts_counts_in_the_sixth_turn_after_a_command() {
     for phase in 0..ROTATION {

@@ -1,4 +1,4 @@
-//! What happens in a life: moves, searches, programs, faults, and cuts of the power.
+//! Events in a life: moves, searches, programs, faults, and cuts of the power.
 
 use super::{HOME, LEFT, Life, RIGHT};
 use crate::common::program::TICK;
@@ -157,8 +157,8 @@ impl Life {
         self.origins[self.axis] = self.rotor();
     }
 
-    /// Two polls without a motion controller, or a driver that has had enough: the one goes unnoticed, the other stops the
-    /// motor.
+    /// Two polls without a motion controller, or a driver that has had enough: the one goes unnoticed, the other stops
+    /// the motor.
     pub(super) fn is_disturbed(&mut self) {
         let fault = self.random.pick(&["controller", "spi", "spi-low", "short-a", "short-b", "overtemperature"]);
         let fault = match fault {
@@ -235,8 +235,8 @@ impl Life {
         }
     }
 
-    /// Power is cut, now and then while something moves or is being stored: what was acknowledged is there, and what was
-    /// not is there or is what it was.
+    /// Power is cut, now and then while something moves or is being stored: what was acknowledged is there, and what
+    /// was not is there or is what it was.
     pub(super) fn loses_power(&mut self) {
         if self.random.one_in(2) {
             let speed = self.speed(300);

@@ -1,4 +1,4 @@
-//! An image that links only if nothing in the core can panic: its panic handler calls a function that does not exist,
+//! An image that links only if nothing in the core can panic. Its panic handler calls a function that does not exist,
 //! and everything public of the core is called with values that the compiler cannot know. `tests/image/panic_free.rs`
 //! builds it, with the settings of the flash image. It is not meant to be run.
 

@@ -33,12 +33,12 @@ pub struct Wait {
     pub ticks: i32,
 }
 
-/// What an interrupt saves and RETI restores.
+/// State that an interrupt saves and RETI restores.
 ///
 /// 3.6.6.2 and 3.7.35 name accumulator, X register, flags and program counter. "Flags" are read as the arithmetic ones
-/// (3.7.17: "arithmetic status flags"). The error flags (3.7.31: "internal error flags") are not the program's own:
-/// they stay until CLE, so an error that comes up during a handler outlives its RETI, and a CLE in a handler lasts.
-/// A WAIT that was interrupted goes on after RETI. Of the subroutine stack its depth is saved; the interrupt enables are
+/// (3.7.17: "arithmetic status flags"). The error flags (3.7.31: "internal error flags") are not the program's own.
+/// They stay until CLE, so an error that comes up during a handler outlives its RETI, and a CLE in a handler lasts. A
+/// WAIT that was interrupted goes on after RETI. Of the subroutine stack its depth is saved; the interrupt enables are
 /// not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Context {
@@ -93,7 +93,7 @@ pub struct Machine {
     pub waiting: Option<Wait>,
     /// User variables, bank 2.
     pub variables: [i32; 256],
-    /// What STGP stored.
+    /// Values that STGP stored.
     pub stored: [i32; 56],
     /// Coordinates in RAM (global parameter 84 is taken as 0: they are not stored unless told to).
     pub coordinates: [i32; 21],
@@ -113,7 +113,7 @@ pub struct Machine {
     pub vectors: BTreeMap<u8, u16>,
     /// Events that wait for their handler.
     pub pending: BTreeSet<u8>,
-    /// What the running handler interrupted; `None` outside of handlers.
+    /// State that the running handler interrupted; `None` outside of handlers.
     pub saved: Option<Context>,
     /// A handler has just ended: the next command is the program's, whatever is pending. A WAIT that goes on is not
     /// one.

@@ -80,13 +80,13 @@ impl Assembly {
     }
 }
 
-/// What comes of a source, and on which others that depends.
+/// The outcome of a source, and the other sources on which it depends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Watched {
     /// The program, or the errors and warnings.
     pub result: Result<Assembly, Diagnostics>,
-    /// The names of the source and of those that it includes, also where one of them does not exist; built-in files and a
-    /// source without a name of its own are left out.
+    /// The names of the source and of those that it includes, also where one of them does not exist. Built-in files and
+    /// a source without a name of its own are left out.
     pub files: Vec<PathBuf>,
     /// Number of commands, with the STOP that was put at the end; where there are errors, of those that could be read.
     pub used: usize,
@@ -104,7 +104,8 @@ pub fn assemble_file(sources: &dyn Sources, path: &Path, settings: impl Into<Set
     }
 }
 
-/// Assembles a text under the name `name`, which errors and warnings show. What it includes is looked for among `sources`.
+/// Assembles a text under the name `name`, which errors and warnings show. What it includes is looked for among
+/// `sources`.
 pub fn assemble_among(sources: &dyn Sources, name: &str, text: &str, settings: impl Into<Settings>) -> Watched {
     assemble(sources, Source::from_text(name, text), settings.into())
 }
@@ -205,7 +206,7 @@ impl Assembler<'_> {
         size.saturating_sub(self.origin)
     }
 
-    /// What program memory has room for, in words.
+    /// Tells in words what program memory has room for.
     fn room_in_words(&self) -> String {
         match (self.origin, self.room()) {
             (0, room) => format!("program memory holds {room} commands"),

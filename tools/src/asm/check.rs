@@ -36,8 +36,8 @@ pub(super) enum Part {
     Value,
 }
 
-/// The warnings for a command of a program that has these addresses, for this product; for one that is not known, `None`,
-/// those that hold for every module.
+/// The warnings for a command of a program that has these addresses, for this product; for one that is not known,
+/// `None`, those that hold for every module.
 pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<usize>) -> Vec<(Part, Message)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
@@ -210,7 +210,7 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
     Some((Part::Motor, message))
 }
 
-/// Which axes a module has, where there is one too many.
+/// Tells which axes a module has, where there is one too many.
 fn last_axis(spec: &Spec) -> String {
     format!("the last of this module is {}", spec.axes.saturating_sub(1))
 }
@@ -430,8 +430,8 @@ mod tests {
         assert_eq!(messages_on(None, "50, 0, 0, 0").len(), 1);
     }
 
-    /// Three axes with four inputs and outputs, of which the inputs are analog, too; ENABLE is input 10; and nothing of an
-    /// axis is stored.
+    /// Three axes with four inputs and outputs, of which the inputs are analog, too; ENABLE is input 10; and nothing of
+    /// an axis is stored.
     #[test]
     fn what_the_tmcm_3212_has_and_lacks() {
         let on = |line: &str| messages_on(Some(&TMCM_3212), line);

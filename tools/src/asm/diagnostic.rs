@@ -48,7 +48,7 @@ impl Location {
     }
 }
 
-/// One error or warning.
+/// An error or a warning.
 ///
 /// A diagnostic is displayed with its location and the text of the line:
 ///
@@ -81,8 +81,8 @@ impl Diagnostic {
 }
 
 impl Diagnostic {
-    /// What stands before the word for the severity, that word, and what stands behind it. What is about no source looks as what
-    /// `tmcl` says about other files.
+    /// The text in front of the word for the severity, that word, and the text behind it. A diagnostic that is about no
+    /// source looks as what `tmcl` says about other files.
     pub fn parts(&self) -> (String, &'static str, String) {
         let Some(Location { file, line, column, last, text }) = &self.location else {
             return (String::new(), "tmcl:", format!(" {}", self.message));
@@ -125,12 +125,12 @@ impl Diagnostics {
         self.0.is_empty()
     }
 
-    /// Those that are shown: the first of them, because they usually cause the others.
+    /// The diagnostics that are shown: the first of them, because they usually cause the others.
     pub fn first(&self) -> &[Diagnostic] {
         self.0.get(..SHOWN).unwrap_or(&self.0)
     }
 
-    /// What is said where there are more than are shown.
+    /// The sentence for the user where there are more diagnostics than are shown.
     pub fn more(&self) -> Option<String> {
         (self.0.len() > SHOWN).then(|| format!("and more; these are the first {SHOWN}"))
     }

@@ -23,16 +23,16 @@ pub(super) struct Constant {
     pub(super) subject: Subject,
 }
 
-/// What the number of a built-in constant is.
+/// The kind of number that a built-in constant has.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Subject {
-    /// That of an axis parameter.
+    /// The number of an axis parameter.
     Axis(&'static Row),
-    /// That of a global parameter in bank 0.
+    /// The number of a global parameter in bank 0.
     Global(&'static Row),
-    /// That of an axis.
+    /// The number of an axis.
     Motor,
-    /// That of an interrupt, with its parameter in bank 3 if it has one.
+    /// The number of an interrupt, with its parameter in bank 3 if it has one.
     Interrupt(Option<&'static Row>),
 }
 

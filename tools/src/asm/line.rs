@@ -28,9 +28,9 @@ pub fn names_of_all() -> Symbols {
     Product::ALL.into_iter().fold(Symbols::default(), |all, product| all.with(&names(Some(product)))).of_no_product()
 }
 
-/// Reads one command as it is written in a program, without a label: its operands may be expressions with the names
-/// of `symbols` and with those of the built-in files of the product, included or not; the names of `symbols` come first.
-/// A command in plain numbers needs no product.
+/// Reads one command as it is written in a program, without a label. Its operands may be expressions with the names of
+/// `symbols` and with those of the built-in files of the product, included or not. The names of `symbols` come first. A
+/// command in plain numbers needs no product.
 ///
 /// # Errors
 /// A message for the user, with a suggestion for an unknown name.

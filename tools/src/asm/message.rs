@@ -1,4 +1,4 @@
-//! What is wrong, and what to do about it.
+//! Messages about mistakes, and what to do about them.
 
 use std::fmt;
 
@@ -6,27 +6,27 @@ use serde::Serialize;
 use tmcm::tmcl::text;
 use tmcm_sim::suggest::nearest;
 
-/// What is wrong, and what to do about it. It is displayed as one sentence.
+/// A mistake in words, and what to do about it. It is displayed as one sentence.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Message {
-    /// What is wrong.
+    /// The mistake, in words.
     pub words: String,
-    /// What to do about it, where that does not go without saying.
+    /// The advice on what to do about it, where that does not go without saying.
     pub advice: Option<Advice>,
 }
 
-/// What to do about a mistake.
+/// Advice on what to do about a mistake.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Advice {
     /// In words.
     Words(String),
-    /// This name is probably meant in place of what is written there.
+    /// The name that is probably meant in place of what is written there.
     Name(String),
 }
 
 impl Message {
-    /// What is wrong, without advice.
+    /// A message about a mistake, without advice.
     pub(super) fn new(words: impl Into<String>) -> Self {
         Message { words: words.into(), advice: None }
     }

@@ -24,8 +24,8 @@
 //! * STOP is put at the end, unless it is the last command already and no label follows; `#nostop` leaves it out.
 //!
 //! A program passes through the files of this module in this order: source, token, statement, symbol, expression,
-//! encode, check; `assembler` calls them in turn. The results are a [`crate::program`] file and a [`listing`]. What is asked
-//! while a source is written is in [`editor`].
+//! encode, check; `assembler` calls them in turn. The results are a [`crate::program`] file and a [`listing`]. What is
+//! asked while a source is written is in [`editor`].
 
 mod assembler;
 pub mod check;

@@ -71,8 +71,8 @@ impl Symbols {
         self.list.iter().map(|symbol| symbol.name.as_str())
     }
 
-    /// These names and behind them those of others, for the product of the others; of two that are the same these come
-    /// first.
+    /// Joins these names and, behind them, those of others, for the product of the others. Of two that are the same
+    /// these come first.
     pub(super) fn with(&self, others: &Symbols) -> Symbols {
         let mut both = Symbols { product: others.product, ..self.clone() };
         for symbol in &others.list {

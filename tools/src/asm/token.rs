@@ -10,7 +10,7 @@ pub(super) enum Kind {
     Name(String),
     /// A number, 0..=4294967295.
     Number(i64),
-    /// One of `, : = + - * / ( )`.
+    /// A symbol: one of `, : = + - * / ( )`.
     Symbol(char),
     /// A word after `#`, in lower case.
     Directive(String),

@@ -18,7 +18,7 @@ impl Current {
         Current(product)
     }
 
-    /// What a number of a parameter gives the coils, in mA RMS.
+    /// The current that a number of a parameter gives the coils, in mA RMS.
     pub fn shown(self, number: i32) -> f64 {
         let step = (i128::from(number).clamp(0, FULL) / EACH) + 1;
         Exact::ratio(i128::from(self.0.kind().full_current) * step, STEPS).approximate()

@@ -4,26 +4,26 @@ use tmcm::module::Spec;
 use tmcm::param::{self, AxisParameter};
 
 use super::exact::Exact;
-use super::scale::{Generator, Quantity, Scale, Unit};
+use super::scale::{Generator, MotionUnit, Quantity, Scale};
 use super::value::Value;
 
 /// Largest pulse divisor, and ramp divisor (manual chapter 4, parameters 153 and 154).
 pub const MOST_DIVIDED: u8 = 13;
 
-/// What to do about millimetres that mean nothing yet.
+/// Advice on what to do about millimetres that mean nothing yet.
 pub(super) const NO_LEAD: &str =
     "how far a turn of the motor moves the stage is not known; give it in mm with --lead, for example --lead 4";
 
 /// An axis of a product.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
-    /// What its product is.
+    /// The description of its product.
     pub(super) spec: &'static Spec,
-    /// What its numbers mean.
+    /// The meaning of its numbers.
     pub(super) scale: Scale,
 }
 
-/// What a module makes of a speed or acceleration.
+/// The speed or acceleration that a module makes of a wanted one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Made {
     /// The speed or acceleration as it was wanted, in pps or pps2.
@@ -31,23 +31,23 @@ pub(super) struct Made {
     /// The number of the generator's own units that comes next to it.
     pub(super) own: i128,
     /// The number that is written to a parameter, with its unit.
-    pub(super) written: (i128, Unit),
-    /// What the motor gets, in pps or pps2.
+    pub(super) written: (i128, MotionUnit),
+    /// The speed or acceleration that the motor gets, in pps or pps2.
     pub(super) actual: Exact,
 }
 
 impl Axis {
     /// The unit in which the product's parameters have speeds and accelerations unless a setting says otherwise.
-    pub(super) fn usual_unit(self) -> Unit {
+    pub(super) fn usual_unit(self) -> MotionUnit {
         let row = self.spec.axis.row(AxisParameter::MaximumSpeed);
         match row.map(|row| row.unit) {
-            Some(param::Unit::Internal) => Unit::Internal,
-            _ => Unit::Pulses,
+            Some(param::Unit::Internal) => MotionUnit::Internal,
+            _ => MotionUnit::Pulses,
         }
     }
 
-    /// The parameter with the unit mode, of products whose usual unit is not that of their chip: while it is 0, they take
-    /// numbers of the chip.
+    /// The parameter with the unit mode, of products whose usual unit is not that of their chip: while it is 0, they
+    /// take numbers of the chip.
     pub(super) fn unit_mode(self) -> Option<u8> {
         let row = self.spec.axis.row(AxisParameter::UnitMode);
         row.filter(|_| self.usual_unit() != self.scale.generator.own_unit()).map(|row| row.number)
@@ -74,15 +74,15 @@ impl Axis {
         row.and_then(|row| row.ranges.last()).map_or(0, |(_, high)| i128::from(*high))
     }
 
-    /// What the module makes of a value.
+    /// Finds what the module makes of a value.
     ///
     /// # Errors
     /// Why it cannot have it, with what could be done about it.
-    pub(super) fn make(self, value: &Value, quantity: Quantity, unit: Unit) -> Result<Made, String> {
+    pub(super) fn make(self, value: &Value, quantity: Quantity, unit: MotionUnit) -> Result<Made, String> {
         let Value { text, number, .. } = value;
         let (name, generator) = (self.spec.usb, self.scale.generator);
         let Some(wanted) = self.scale.pulses(quantity, unit, *number) else {
-            if unit == Unit::Millimetres {
+            if unit == MotionUnit::Millimetres {
                 return Err(format!("{text}: {NO_LEAD}"));
             }
             let units: Vec<&str> = self.scale.units().map(|unit| unit.name(quantity)).collect();
@@ -140,8 +140,8 @@ impl Axis {
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     quantity: Quantity,
-    unit: Unit,
-    written: Unit,
+    unit: MotionUnit,
+    written: MotionUnit,
     number: Exact,
 }
 
@@ -177,25 +177,25 @@ mod tests {
         scale: Scale { generator: Generator::Tmc5160, microsteps: 256, steps: 200, lead: None },
     };
 
-    /// What the module makes of a value as the first thing that it can be.
-    fn made(text: &str, quantity: Quantity, unit: Unit) -> Result<Made, String> {
+    /// Finds what the module makes of a value as the first thing that it can be.
+    fn made(text: &str, quantity: Quantity, unit: MotionUnit) -> Result<Made, String> {
         let values = value::read(&TMCM_3212, &[text.into()]).expect("a value");
         AXIS.make(values.first().expect("one"), quantity, unit)
     }
 
-    /// 60 rpm are 51200 pps, 51200 * 2^24 / 16e6 = 53687.0912 of the chip's units; it gets 53687, of which each is 16e6
+    /// 60 rpm are 51200 pps, 51200 * 2^24 / 16e6 = 53687.0912 of the chip's units. It gets 53687, of which each is 16e6
     /// / 2^24 = 15625 / 16384 pps.
     #[test]
     fn a_number_goes_through_pps_into_the_chip() {
-        let made = made("60 rpm", Quantity::Speed, Unit::PerMinute).unwrap();
-        assert_eq!((made.wanted, made.written, made.own), (Exact::whole(51_200), (51_200, Unit::Pulses), 53_687));
+        let made = made("60 rpm", Quantity::Speed, MotionUnit::PerMinute).unwrap();
+        assert_eq!((made.wanted, made.written, made.own), (Exact::whole(51_200), (51_200, MotionUnit::Pulses), 53_687));
         assert_eq!(made.actual, Exact::ratio(53_687 * 15_625, 16_384));
     }
 
     /// The largest speed of the manual is beyond what the chip documents, 2^23 - 512, which it gets.
     #[test]
     fn the_chip_ends_before_the_parameter() {
-        let made = |text: &str| made(text, Quantity::Speed, Unit::Pulses);
+        let made = |text: &str| made(text, Quantity::Speed, MotionUnit::Pulses);
         assert_eq!(made("7999774 pps").map(|made| made.own), Ok(8_388_096));
         assert_eq!(made("7999775 pps").unwrap_err(), "7999775 pps: a speed of a TMCM-3212 is at most 7999774 pps");
     }
@@ -203,7 +203,7 @@ mod tests {
     /// 1 pps2 is less than a hundredth of the chip's unit, 256e12 / 2^41 = 116.4 pps2, which it becomes.
     #[test]
     fn an_acceleration_does_not_vanish() {
-        let made = |text: &str| made(text, Quantity::Acceleration, Unit::Pulses).unwrap();
+        let made = |text: &str| made(text, Quantity::Acceleration, MotionUnit::Pulses).unwrap();
         assert_eq!((made("1 pps2").own, made("174 pps2").own, made("175 pps2").own, made("0 pps2").own), (1, 1, 2, 0));
         assert_eq!(made("1 pps2").actual.shown(), "116.415322");
     }
@@ -211,9 +211,9 @@ mod tests {
     /// While the unit mode is 0, a number is the chip's own.
     #[test]
     fn a_number_of_the_chip_is_taken_as_it_is() {
-        let chip = |text: &str, quantity| made(text, quantity, Unit::Chip);
+        let chip = |text: &str, quantity| made(text, quantity, MotionUnit::Chip);
         let made = chip("10 chip", Quantity::Speed).unwrap();
-        assert_eq!((made.own, made.written, made.actual), (10, (10, Unit::Chip), Exact::ratio(156_250, 16_384)));
+        assert_eq!((made.own, made.written, made.actual), (10, (10, MotionUnit::Chip), Exact::ratio(156_250, 16_384)));
         assert!(chip("65536 chip", Quantity::Speed).is_ok());
         assert_eq!(
             chip("65536 chip", Quantity::Acceleration).unwrap_err(),

@@ -7,7 +7,7 @@ use tmcm_sim::suggest::suggestion;
 use super::axis::{Axis, Made, NO_LEAD};
 use super::exact::Exact;
 use super::ramp::{Leg, Move, Side, travel};
-use super::scale::{Generator, Quantity, Unit};
+use super::scale::{Generator, MotionUnit, Quantity};
 use super::table::{self, Line};
 use super::value::{self, Meaning};
 
@@ -15,8 +15,8 @@ use super::value::{self, Meaning};
 const MOVE: &str = "tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s";
 const STOP: &str = "tmcl calc stop from 60 rpm with 500 rpm/s";
 
-/// The words that begin a part of the line, each with the parameter that it is for and with what it is one of. Those from
-/// VSTART on are the points of a ramp that not every product has.
+/// The words that begin a part of the line, each with the parameter that it is for and with what it is one of. Those
+/// from VSTART on are the points of a ramp that not every product has.
 const PARTS: [(&str, AxisParameter, Quantity); 9] = [
     ("at", AxisParameter::MaximumSpeed, Quantity::Speed),
     ("from", AxisParameter::TargetSpeed, Quantity::Speed),
@@ -117,7 +117,7 @@ fn parts(axis: Axis, mut words: &[String]) -> Result<Vec<Part>, String> {
     Ok(parts)
 }
 
-/// What the module makes of the value behind a word, which is not below 0, nor 0 unless it may be.
+/// Finds what the module makes of the value behind a word, which is not below 0, nor 0 unless it may be.
 fn made(axis: Axis, word: &str, value: &[String], quantity: Quantity) -> Result<Made, String> {
     let example = if quantity == Quantity::Speed { "60 rpm" } else { "500 rpm/s" };
     let values = value::read(axis.spec, value).map_err(|error| format!("behind '{word}': {error}"))?;
@@ -215,9 +215,9 @@ struct Braked {
     down: f64,
 }
 
-/// For a positioning a TMC429 needs a pair of PMUL and PDIV that goes with the acceleration, and slows down by them: with
-/// the distance d to the target the speed is sqrt(2048 * p * d) of its units, p = PMUL / 2^(3 + PDIV) (datasheet, section
-/// 8.1.10.2), which is a deceleration of 1024 * p of its units of speed squared.
+/// For a positioning a TMC429 needs a pair of PMUL and PDIV that goes with the acceleration, and slows down by them.
+/// With the distance d to the target the speed is sqrt(2048 * p * d) of its units, where p is PMUL / 2^(3 + PDIV)
+/// (datasheet, section 8.1.10.2). That is a deceleration of 1024 * p of its units of speed squared.
 fn braked(axis: Axis, at: &Part, with: &Part) -> Braked {
     let as_it_is =
         Braked { own: with.made.own, up: with.made.actual.approximate(), down: with.made.actual.approximate() };
@@ -226,7 +226,7 @@ fn braked(axis: Axis, at: &Part, with: &Part) -> Braked {
     let Some(found) = braking(acceleration, ramp_divisor, pulse_divisor, speed) else { return as_it_is };
     let own = i128::from(found.acceleration);
     let pulses = |quantity, number: i128| {
-        axis.scale.pulses(quantity, Unit::Internal, Exact::whole(number)).map_or(0.0, Exact::approximate)
+        axis.scale.pulses(quantity, MotionUnit::Internal, Exact::whole(number)).map_or(0.0, Exact::approximate)
     };
     let unit = pulses(Quantity::Speed, 1);
     let p = f64::from(found.pmul) / f64::from(3 + i32::from(found.pdiv)).exp2();

@@ -1,7 +1,7 @@
 //! Currents: in amperes, and in the numbers that a product's parameters have them in.
 //!
-//! The driver has 32 steps of current (manual chapter 4, parameter 6): a number of 8n to 8n + 7 gives the coils n + 1 of 32
-//! parts of the module's full current.
+//! The driver has 32 steps of current (manual chapter 4, parameter 6). A number of 8n to 8n + 7 gives the coils n + 1
+//! of 32 parts of the module's full current.
 
 use tmcm::param::Unit;
 
@@ -17,14 +17,14 @@ pub(super) const EACH: i128 = 8;
 /// The number of the full current.
 pub(super) const FULL: i128 = 255;
 
-/// What a module makes of a current.
+/// The current that a module makes of a wanted one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Made {
     /// The number that is next to the current, as a fraction.
     wanted: Exact,
     /// The number that is written.
     pub(super) number: i128,
-    /// What the coils get, in amperes RMS.
+    /// The current that the coils get, in amperes RMS.
     amperes: Exact,
 }
 
@@ -33,7 +33,7 @@ pub(super) fn units() -> impl Iterator<Item = (&'static str, Exact)> {
     UNITS.into_iter().map(|(name, milliamperes)| (name, Exact::ratio(milliamperes, 1_000)))
 }
 
-/// What a module whose full current is so many mA makes of a current in amperes.
+/// Finds what a module whose full current is so many mA makes of a current in amperes.
 pub(super) fn make(full: u32, wanted: Exact) -> Made {
     let full = Exact::ratio(full.into(), 1_000);
     let share = wanted * full.inverse();
@@ -58,7 +58,7 @@ pub(super) fn possible(product: Product, text: &str, wanted: Exact) -> Result<()
     Ok(())
 }
 
-/// What a current of so many amperes RMS is, which the user has written as `text`.
+/// Tells what a current of so many amperes RMS is, which the user has written as `text`.
 ///
 /// # Errors
 /// The product has no such current.
@@ -89,7 +89,8 @@ pub(super) fn text(product: Product, text: &str, wanted: Exact) -> Result<String
 mod tests {
     use super::*;
 
-    /// At 2 A one of 32 steps is 62.5 mA: 1.2 A are 19.2 of them, so 19, 1.1875 A, which 144 to 151 give; 1.2 A are 153 of
+    /// At 2 A one of 32 steps is 62.5 mA: 1.2 A are 19.2 of them, so 19, 1.1875 A, which 144 to 151 give; 1.2 A are 153
+    /// of
     /// 255. The lowest step is that of 0 to 7, and 255 is the full current.
     #[test]
     fn steps_of_current() {

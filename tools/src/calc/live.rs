@@ -4,7 +4,7 @@ use tmcm::param::AxisParameter as P;
 
 use super::axis::Axis;
 use super::exact::Exact;
-use super::scale::{Generator, Quantity, Scale, Unit};
+use super::scale::{Generator, MotionUnit, Quantity, Scale};
 use super::value::{self, Meaning};
 use crate::conversation::{Conversation, Error};
 use crate::product::{Product, axis_number};
@@ -45,7 +45,7 @@ impl Settings {
 #[derive(Clone, Copy, Debug)]
 pub struct Live {
     axis: Axis,
-    unit: Unit,
+    unit: MotionUnit,
 }
 
 impl Live {

@@ -21,12 +21,12 @@ use self::axis::{Axis, Made};
 use self::exact::Exact;
 pub use self::live::{Live, Settings};
 pub use self::physical::{Length, Physical};
-use self::scale::{Generator, Quantity, Scale, Unit};
+use self::scale::{Generator, MotionUnit, Quantity, Scale};
 use self::table::Line;
 use self::value::{Meaning, Value};
 use crate::product::Product;
 
-/// What is known of an axis beside its product, and goes before what a module says of itself.
+/// Facts that are known of an axis beside its product, and that go before what a module says of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Given {
     /// The pulse divisor, 0..=[`MOST_DIVIDED`]: axis parameter 154 of products that have it.
@@ -56,8 +56,8 @@ impl Lead {
     }
 }
 
-/// A table for each of the values, which are as they are written on a command line: `60 rpm`; or the report of one move or stop.
-/// `settings` are those of a module that is at hand.
+/// A table for each of the values, which are as they are written on a command line: `60 rpm`; or the report of one move
+/// or stop. `settings` are those of a module that is at hand.
 ///
 /// # Errors
 /// A message about what is no value of the product.
@@ -101,7 +101,7 @@ fn axis(given: &Given, product: Product, settings: Option<Settings>) -> Result<A
     Ok(Axis { spec, scale })
 }
 
-/// What a value is, in each of its meanings that the product can have.
+/// Tells what a value is, in each of its meanings that the product can have.
 fn value_text(product: Product, axis: Axis, value: &Value) -> Result<String, String> {
     let mut text = String::new();
     let mut refused = Vec::new();
@@ -139,7 +139,7 @@ fn motion_text(axis: Axis, value: &Value, quantity: Quantity, made: Made) -> Str
         _ if unit == written => format!("write {whole}"),
         _ => String::new(),
     };
-    let line = |unit: Unit| {
+    let line = |unit: MotionUnit| {
         let number = |pulses| axis.scale.number(quantity, unit, pulses).map_or_else(String::new, Exact::shown);
         Line {
             unit: unit.name(quantity).into(),

@@ -5,7 +5,7 @@ use tmcm::param::{AxisParameter as P, Parameter, Unit};
 use super::live::{Live, Settings};
 use crate::product::Product;
 
-/// What a number of an axis is.
+/// The physical quantity that a number of an axis is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Physical {
     /// A position in microsteps.
@@ -17,7 +17,7 @@ pub enum Physical {
 }
 
 impl Physical {
-    /// What the value of a parameter is; `None` for one that is none of these.
+    /// The physical quantity that the value of a parameter is; `None` for one that is none of these.
     pub fn of(parameter: &Parameter<P>) -> Option<Self> {
         let is_acceleration = matches!(
             parameter.function,
@@ -36,7 +36,7 @@ impl Physical {
         }
     }
 
-    /// What stands behind the name of a unit of length for this: nothing, `/s`, or `/s2`.
+    /// The text behind the name of a unit of length for this quantity: nothing, `/s`, or `/s2`.
     pub fn suffix(self) -> &'static str {
         match self {
             Physical::Position => "",

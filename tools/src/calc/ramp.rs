@@ -1,8 +1,8 @@
 //! Ramps: the way and the time of a move, with the formulas of constant acceleration. Ways are in microsteps, speeds in
 //! pps, accelerations in pps2, times in seconds.
 
-/// How a ramp leaves standstill, or comes to it: at once to `edge`, with `first` up to `knee`, with `main` above it. Most
-/// have `main` alone, with the others at 0.
+/// How a ramp leaves standstill, or comes to it: at once to `edge`, with `first` up to `knee`, with `main` above it.
+/// Most have `main` alone, with the others at 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Side {
     /// The speed with which it begins or ends: VSTART or VSTOP.
@@ -67,8 +67,8 @@ pub(super) fn travel(up: &Side, down: &Side, way: f64, limit: f64) -> Move {
     let both = |speed: f64| up.leg(speed).way + down.leg(speed).way;
     let (mut low, mut top) = (0.0, limit);
     if both(limit) > way {
-        // The way grows with the speed, so halving the interval finds the speed that it is just enough for; after so many
-        // halvings nothing is left of it.
+        // The way grows with the speed, so halving the interval finds the speed that it is just enough for; after so
+        // many halvings nothing is left of it.
         for _ in 0..100 {
             let middle = (low + top) / 2.0;
             if both(middle) > way {
@@ -98,8 +98,8 @@ mod tests {
         assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found}, not {expected}");
     }
 
-    /// 1000 pps with 500 pps2: 2 s and v^2 / 2a = 1000 microsteps to get there, and the same back; of 5000 microsteps 3000
-    /// are left for 3 s.
+    /// 1000 pps with 500 pps2: 2 s and v^2 / 2a = 1000 microsteps to get there, and the same back; of 5000 microsteps
+    /// 3000 are left for 3 s.
     #[test]
     fn a_long_way_is_a_trapezoid() {
         let side = Side::plain(500.0);
@@ -125,9 +125,9 @@ mod tests {
         near(found.top, (1_000_000.0_f64 / 3.0).sqrt());
     }
 
-    /// 100 to 500 pps with 200 pps2 are 2 s and (500^2 - 100^2) / 400 = 600 microsteps, from there to 1000 pps with 500
-    /// pps2 1 s and 750 microsteps. Back to 500 pps with 250 pps2 2 s and 1500 microsteps, to 0 with 1000 pps2 0.5 s and
-    /// 125 microsteps.
+    /// 100 to 500 pps with 200 pps2 are 2 s and (500^2 - 100^2) / 400 = 600 microsteps. From there to 1000 pps with 500
+    /// pps2 are 1 s and 750 microsteps. Back to 500 pps with 250 pps2 are 2 s and 1500 microsteps, to 0 with 1000 pps2
+    /// 0.5 s and 125 microsteps.
     #[test]
     fn six_points_make_a_ramp() {
         let up = Side { edge: 100.0, first: 200.0, knee: 500.0, main: 500.0 };

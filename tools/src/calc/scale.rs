@@ -8,7 +8,7 @@ use super::exact::Exact;
 /// Clock of the ramp generators of all products, in Hz (manual section 6.1; TMC5160 datasheet section 12.1).
 pub(super) const CLOCK: i128 = 16_000_000;
 
-/// What is converted.
+/// The quantity that is converted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// A speed, in pps at last: microsteps per second.
@@ -19,7 +19,7 @@ pub(super) enum Quantity {
 
 /// A unit of speed, and of acceleration, where it is per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unit {
+pub(super) enum MotionUnit {
     /// The internal units of a TMC429.
     Internal,
     /// The units of the registers of a TMC5160.
@@ -50,7 +50,7 @@ pub(super) enum Generator {
     Tmc5160,
 }
 
-/// What numbers mean on an axis: its ramp generator and its motor.
+/// The meaning of numbers on an axis: its ramp generator and its motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Scale {
     pub(super) generator: Generator,
@@ -75,33 +75,33 @@ impl Quantity {
     }
 }
 
-impl Unit {
+impl MotionUnit {
     /// All units, in the order in which they are shown.
-    pub(super) const ALL: [Unit; 7] = [
-        Unit::Internal,
-        Unit::Chip,
-        Unit::Pulses,
-        Unit::FullSteps,
-        Unit::PerSecond,
-        Unit::PerMinute,
-        Unit::Millimetres,
+    pub(super) const ALL: [MotionUnit; 7] = [
+        MotionUnit::Internal,
+        MotionUnit::Chip,
+        MotionUnit::Pulses,
+        MotionUnit::FullSteps,
+        MotionUnit::PerSecond,
+        MotionUnit::PerMinute,
+        MotionUnit::Millimetres,
     ];
 
     /// The unit as it is shown, and read.
     pub(super) fn name(self, quantity: Quantity) -> &'static str {
         match (self, quantity) {
-            (Unit::Internal, _) => "int",
-            (Unit::Chip, _) => "chip",
-            (Unit::Pulses, Quantity::Speed) => "pps",
-            (Unit::Pulses, Quantity::Acceleration) => "pps2",
-            (Unit::FullSteps, Quantity::Speed) => "full steps/s",
-            (Unit::FullSteps, Quantity::Acceleration) => "full steps/s2",
-            (Unit::PerSecond, Quantity::Speed) => "rps",
-            (Unit::PerSecond, Quantity::Acceleration) => "rps/s",
-            (Unit::PerMinute, Quantity::Speed) => "rpm",
-            (Unit::PerMinute, Quantity::Acceleration) => "rpm/s",
-            (Unit::Millimetres, Quantity::Speed) => "mm/s",
-            (Unit::Millimetres, Quantity::Acceleration) => "mm/s2",
+            (MotionUnit::Internal, _) => "int",
+            (MotionUnit::Chip, _) => "chip",
+            (MotionUnit::Pulses, Quantity::Speed) => "pps",
+            (MotionUnit::Pulses, Quantity::Acceleration) => "pps2",
+            (MotionUnit::FullSteps, Quantity::Speed) => "full steps/s",
+            (MotionUnit::FullSteps, Quantity::Acceleration) => "full steps/s2",
+            (MotionUnit::PerSecond, Quantity::Speed) => "rps",
+            (MotionUnit::PerSecond, Quantity::Acceleration) => "rps/s",
+            (MotionUnit::PerMinute, Quantity::Speed) => "rpm",
+            (MotionUnit::PerMinute, Quantity::Acceleration) => "rpm/s",
+            (MotionUnit::Millimetres, Quantity::Speed) => "mm/s",
+            (MotionUnit::Millimetres, Quantity::Acceleration) => "mm/s2",
         }
     }
 }
@@ -116,10 +116,10 @@ impl Generator {
     }
 
     /// The unit of the generator's registers, which take whole numbers.
-    pub(super) fn own_unit(self) -> Unit {
+    pub(super) fn own_unit(self) -> MotionUnit {
         match self {
-            Generator::Tmc429 { .. } => Unit::Internal,
-            Generator::Tmc5160 => Unit::Chip,
+            Generator::Tmc429 { .. } => MotionUnit::Internal,
+            Generator::Tmc5160 => MotionUnit::Chip,
         }
     }
 
@@ -133,7 +133,7 @@ impl Generator {
         }
     }
 
-    /// One of the generator's own units in pps or pps2.
+    /// The size of one of the generator's own units in pps or pps2.
     fn own(self, quantity: Quantity) -> Exact {
         match (self, quantity) {
             // v * 16 MHz / (2^pulse_div * 2048 * 32), a * (16 MHz)^2 / 2^(ramp_div + pulse_div + 29): manual section
@@ -153,17 +153,17 @@ impl Generator {
 
 impl Scale {
     /// The units that there are on this axis, in the order in which they are shown.
-    pub(super) fn units(self) -> impl Iterator<Item = Unit> {
-        Unit::ALL.into_iter().filter(move |unit| self.factor(Quantity::Speed, *unit).is_some())
+    pub(super) fn units(self) -> impl Iterator<Item = MotionUnit> {
+        MotionUnit::ALL.into_iter().filter(move |unit| self.factor(Quantity::Speed, *unit).is_some())
     }
 
     /// A number of `unit`, in pps or pps2; `None` if the generator has no such unit.
-    pub(super) fn pulses(self, quantity: Quantity, unit: Unit, number: Exact) -> Option<Exact> {
+    pub(super) fn pulses(self, quantity: Quantity, unit: MotionUnit, number: Exact) -> Option<Exact> {
         Some(number * self.factor(quantity, unit)?)
     }
 
     /// A speed or acceleration in pps or pps2, as a number of `unit`; `None` if the generator has no such unit.
-    pub(super) fn number(self, quantity: Quantity, unit: Unit, pulses: Exact) -> Option<Exact> {
+    pub(super) fn number(self, quantity: Quantity, unit: MotionUnit, pulses: Exact) -> Option<Exact> {
         Some(pulses * self.factor(quantity, unit)?.inverse())
     }
 
@@ -172,16 +172,18 @@ impl Scale {
         Some(Exact::whole(i128::from(self.microsteps) * i128::from(self.steps)) * self.lead?.inverse())
     }
 
-    /// One of a unit in pps or pps2 (manual section 6.1.4).
-    fn factor(self, quantity: Quantity, unit: Unit) -> Option<Exact> {
+    /// The size of a unit in pps or pps2 (manual section 6.1.4).
+    fn factor(self, quantity: Quantity, unit: MotionUnit) -> Option<Exact> {
         let (microsteps, steps) = (i128::from(self.microsteps), i128::from(self.steps));
         match unit {
-            Unit::Internal | Unit::Chip => (unit == self.generator.own_unit()).then(|| self.generator.own(quantity)),
-            Unit::Pulses => Some(Exact::whole(1)),
-            Unit::FullSteps => Some(Exact::whole(microsteps)),
-            Unit::PerSecond => Some(Exact::whole(microsteps * steps)),
-            Unit::PerMinute => Some(Exact::ratio(microsteps * steps, 60)),
-            Unit::Millimetres => self.millimetre(),
+            MotionUnit::Internal | MotionUnit::Chip => {
+                (unit == self.generator.own_unit()).then(|| self.generator.own(quantity))
+            }
+            MotionUnit::Pulses => Some(Exact::whole(1)),
+            MotionUnit::FullSteps => Some(Exact::whole(microsteps)),
+            MotionUnit::PerSecond => Some(Exact::whole(microsteps * steps)),
+            MotionUnit::PerMinute => Some(Exact::ratio(microsteps * steps, 60)),
+            MotionUnit::Millimetres => self.millimetre(),
         }
     }
 }
@@ -200,21 +202,21 @@ mod tests {
     }
 
     /// The unit in pps or pps2.
-    fn one(scale: Scale, quantity: Quantity, unit: Unit) -> String {
+    fn one(scale: Scale, quantity: Quantity, unit: MotionUnit) -> String {
         scale.pulses(quantity, unit, Exact::whole(1)).map_or_else(|| "none".into(), Exact::shown)
     }
 
     /// Manual section 6.1.1: 1678 at pulse divisor 3 is about 51208.5 pps. 1678 * 16e6 / (8 * 65536) = 51208.49609375.
     #[test]
     fn the_manuals_speed() {
-        let pps = tmc429(3, 7).pulses(Quantity::Speed, Unit::Internal, Exact::whole(1678));
+        let pps = tmc429(3, 7).pulses(Quantity::Speed, MotionUnit::Internal, Exact::whole(1678));
         assert_eq!(pps.map(Exact::shown).as_deref(), Some("51208.496094"));
     }
 
     /// Manual section 6.1.2: 100 at divisors 7 and 3 is about 46566 pps2. 100 * 256e12 / 2^39 = 46566.1287...
     #[test]
     fn the_manuals_acceleration() {
-        let pps2 = tmc429(3, 7).pulses(Quantity::Acceleration, Unit::Internal, Exact::whole(100));
+        let pps2 = tmc429(3, 7).pulses(Quantity::Acceleration, MotionUnit::Internal, Exact::whole(100));
         assert_eq!(pps2.map(Exact::shown).as_deref(), Some("46566.128731"));
     }
 
@@ -222,7 +224,7 @@ mod tests {
     #[test]
     fn the_manuals_turn() {
         let pulses = Exact::whole(51_200);
-        for (unit, number) in [(Unit::PerSecond, 1), (Unit::PerMinute, 60), (Unit::FullSteps, 200)] {
+        for (unit, number) in [(MotionUnit::PerSecond, 1), (MotionUnit::PerMinute, 60), (MotionUnit::FullSteps, 200)] {
             assert_eq!(tmc429(3, 7).number(Quantity::Speed, unit, pulses), Some(Exact::whole(number)), "{unit:?}");
         }
     }
@@ -231,24 +233,23 @@ mod tests {
     /// = 244.140625 pps and 256e12 / 2^29 = 476837.158203125 pps2.
     #[test]
     fn divisors_halve() {
-        assert_eq!(one(tmc429(0, 0), Quantity::Speed, Unit::Internal), "244.140625");
-        assert_eq!(one(tmc429(0, 13), Quantity::Speed, Unit::Internal), "244.140625");
-        assert_eq!(one(tmc429(13, 0), Quantity::Speed, Unit::Internal), "0.029802");
-        assert_eq!(one(tmc429(0, 0), Quantity::Acceleration, Unit::Internal), "476837.158203");
-        assert_eq!(one(tmc429(2, 1), Quantity::Acceleration, Unit::Internal), "59604.644775");
-        assert_eq!(one(tmc429(13, 13), Quantity::Acceleration, Unit::Internal), "0.007105");
+        assert_eq!(one(tmc429(0, 0), Quantity::Speed, MotionUnit::Internal), "244.140625");
+        assert_eq!(one(tmc429(0, 13), Quantity::Speed, MotionUnit::Internal), "244.140625");
+        assert_eq!(one(tmc429(13, 0), Quantity::Speed, MotionUnit::Internal), "0.029802");
+        assert_eq!(one(tmc429(0, 0), Quantity::Acceleration, MotionUnit::Internal), "476837.158203");
+        assert_eq!(one(tmc429(2, 1), Quantity::Acceleration, MotionUnit::Internal), "59604.644775");
+        assert_eq!(one(tmc429(13, 13), Quantity::Acceleration, MotionUnit::Internal), "0.007105");
     }
 
-    /// TMC5160 at 16 MHz: a unit is 16e6 / 2^24 = 0.953674 pps and 256e12 / 2^41 = 116.415322 pps2; so AMAX at most is
-    /// 65535 * 116.415322 = 7629278 pps2, the limit of the TMCM-3212, and VMAX at most is 8388096 * 0.953674 = 7999512
-    /// pps.
+    /// TMC5160 at 16 MHz: a unit is 16e6 / 2^24 = 0.953674 pps and 256e12 / 2^41 = 116.415322 pps2. So AMAX at most is
+    /// 65535 * 116.415322 = 7629278 pps2, the limit of the TMCM-3212. VMAX at most is 8388096 * 0.953674 = 7999512 pps.
     #[test]
     fn the_units_of_the_tmc5160() {
         let scale = scale(Generator::Tmc5160);
-        assert_eq!(one(scale, Quantity::Speed, Unit::Chip), "0.953674");
-        assert_eq!(one(scale, Quantity::Acceleration, Unit::Chip), "116.415322");
+        assert_eq!(one(scale, Quantity::Speed, MotionUnit::Chip), "0.953674");
+        assert_eq!(one(scale, Quantity::Acceleration, MotionUnit::Chip), "116.415322");
         let most = |quantity| Exact::whole(Generator::Tmc5160.largest(quantity));
-        let rounded = |quantity| scale.pulses(quantity, Unit::Chip, most(quantity)).map(Exact::rounded);
+        let rounded = |quantity| scale.pulses(quantity, MotionUnit::Chip, most(quantity)).map(Exact::rounded);
         assert_eq!(rounded(Quantity::Speed), Some(7_999_512));
         assert_eq!(rounded(Quantity::Acceleration), Some(7_629_278));
     }
@@ -257,9 +258,9 @@ mod tests {
     #[test]
     fn a_lead_screw() {
         let screw = Scale { lead: Exact::parse("4"), ..tmc429(3, 7) };
-        assert_eq!(one(screw, Quantity::Speed, Unit::Millimetres), "12800");
-        assert_eq!(one(screw, Quantity::Acceleration, Unit::Millimetres), "12800");
-        assert_eq!(one(tmc429(3, 7), Quantity::Speed, Unit::Millimetres), "none");
+        assert_eq!(one(screw, Quantity::Speed, MotionUnit::Millimetres), "12800");
+        assert_eq!(one(screw, Quantity::Acceleration, MotionUnit::Millimetres), "12800");
+        assert_eq!(one(tmc429(3, 7), Quantity::Speed, MotionUnit::Millimetres), "none");
     }
 
     #[test]

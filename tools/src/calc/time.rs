@@ -13,15 +13,15 @@ const COMMON: [(&str, i128); 4] = [("us", 1), ("ms", 1_000), ("s", 1_000_000), (
 pub(super) struct Tick {
     /// The unit as the product's tables have it.
     pub(super) name: &'static str,
-    /// Its length in seconds.
+    /// The length of the unit in seconds.
     pub(super) seconds: Exact,
     /// The number of units nearest to the time, unless that is 0 in place of a time.
     pub(super) number: Option<i32>,
-    /// What takes this number: parameters and commands.
+    /// The parameters and commands that take this number.
     pub(super) takers: Vec<String>,
 }
 
-/// The length of a unit in seconds, if it is one of time, and what has times in it besides parameters of a table: the
+/// The length of a unit in seconds, if it is one of time, and what has times in it besides parameters of a table. The
 /// times of WAIT are in 10 ms (manual section 3.7.22), the periods of the timers in ms (section 5.4).
 fn time(unit: Unit) -> Option<(Exact, &'static [&'static str])> {
     match unit {

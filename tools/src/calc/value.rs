@@ -4,7 +4,7 @@ use tmcm::module::Spec;
 use tmcm_sim::suggest::suggestion;
 
 use super::exact::Exact;
-use super::scale::{Quantity, Unit};
+use super::scale::{MotionUnit, Quantity};
 use super::{current, time};
 
 /// Other ways to write a unit, without spaces.
@@ -23,11 +23,11 @@ const ALIASES: [(&str, &str); 12] = [
     ("sec", "s"),
 ];
 
-/// What a number with its unit can be.
+/// A meaning that a number with its unit can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     /// A speed, or an acceleration, in this unit.
-    Motion(Quantity, Unit),
+    Motion(Quantity, MotionUnit),
     /// A time, of which one unit is so many seconds.
     Time(Exact),
     /// A current, of which one unit is so many amperes.
@@ -43,7 +43,7 @@ pub(super) struct Value {
     pub(super) number: Exact,
     /// The unit as it is shown.
     pub(super) unit: String,
-    /// What it can be, at least one.
+    /// The meanings that it can have, at least one.
     pub(super) meanings: Vec<Meaning>,
 }
 
@@ -105,7 +105,7 @@ fn plain(name: &str) -> String {
 /// The units that can be written, and what each means; one that means several things is there as often, one after the
 /// other.
 fn known(spec: &Spec) -> Vec<(String, Meaning)> {
-    let motion = Unit::ALL.into_iter().flat_map(|unit| {
+    let motion = MotionUnit::ALL.into_iter().flat_map(|unit| {
         Quantity::ALL.map(|quantity| (unit.name(quantity).to_owned(), Meaning::Motion(quantity, unit)))
     });
     let times = time::units(spec).map(|(name, seconds)| (name.to_owned(), Meaning::Time(seconds)));

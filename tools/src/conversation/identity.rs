@@ -1,10 +1,10 @@
-//! What a module is: its product and the version of its firmware.
+//! The identity of a module: its product and the version of its firmware.
 
 use std::fmt;
 
 use crate::product::Product;
 
-/// What is known of a module, from the user or from its reply to command 136, type 1.
+/// Facts that are known of a module, from the user or from its reply to command 136, type 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// The number of the product, such as 1140.
@@ -22,7 +22,7 @@ impl From<Product> for Identity {
 }
 
 impl Identity {
-    /// What a module says of itself in the value of its reply.
+    /// The identity that a module tells in the value of its reply.
     pub fn told(value: i32) -> Self {
         let [high, low, major, minor] = value.to_be_bytes();
         let number = u16::from_be_bytes([high, low]);

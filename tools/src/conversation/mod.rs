@@ -21,7 +21,7 @@ use crate::wire::{LinkError, Wire};
 /// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
 pub enum Error {
-    /// There is no reply.
+    /// No reply has come.
     Link {
         /// The command that was sent.
         command: Command,
@@ -102,7 +102,7 @@ pub const ASK_VERSION: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 
 /// The host's side of a conversation with a module.
 pub struct Conversation {
     wire: Box<dyn Wire>,
-    /// What the module is; `None` as long as nobody has needed it.
+    /// The identity of the module; `None` as long as nobody has needed it.
     identity: Option<Identity>,
     address: u16,
     /// Takes what the user has to know of the module.
@@ -110,8 +110,8 @@ pub struct Conversation {
 }
 
 impl Conversation {
-    /// A conversation over an open link with the module at `address`: 1..=255, or a CAN identifier, 0..=2047. `identity` is what
-    /// it is, if that is known; `tell` takes sentences that the user has to know.
+    /// A conversation over an open link with the module at `address`: 1..=255, or a CAN identifier, 0..=2047.
+    /// `identity` is what it is, if that is known; `tell` takes sentences that the user has to know.
     pub fn new(wire: Box<dyn Wire>, address: u16, identity: Option<Identity>, tell: fn(&str)) -> Self {
         Conversation { wire, identity, address, tell }
     }
@@ -147,9 +147,9 @@ impl Conversation {
         self.address = address;
     }
 
-    /// What the module is: what the user has named, or else what the module tells; it is asked when this is needed for
-    /// the first time. The user is told of a product that is not known here, and of a module that does not tell what it
-    /// is, which is taken for a TMCM-1140.
+    /// Finds out what the module is: what the user has named, or else what the module tells. The module is asked when
+    /// this is needed for the first time. The user is told of a product that is not known here, and of a module that
+    /// does not tell what it is, which is taken for a TMCM-1140.
     ///
     /// # Errors
     /// The link has failed.
@@ -273,7 +273,7 @@ impl Conversation {
         })
     }
 
-    /// What to say of an axis that the module does not have; `None` if it has it.
+    /// The message about an axis that the module does not have; `None` if it has it.
     pub fn no_such_axis(&mut self, axis: u8) -> Result<Option<String>, Error> {
         match self.axis(axis, AxisParameter::ActualPosition) {
             Err(error) if error.is_refusal() => {}

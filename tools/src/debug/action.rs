@@ -26,7 +26,7 @@ pub const WORDS: [&str; 18] = [
     "quit",
 ];
 
-/// One command of the debugger.
+/// A command of the debugger.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Execute this number of commands.
@@ -92,7 +92,7 @@ impl Action {
         Ok(action)
     }
 
-    /// What an empty line behind this one does.
+    /// The action of an empty line behind this one.
     pub fn again(&self) -> Self {
         match self {
             Action::List(_) => Action::More,

@@ -30,7 +30,7 @@ const WRITTEN: [(&str, Comparison); 8] = [
 /// A condition: the comparison of a value of the module with a constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Condition {
-    /// What the user has typed.
+    /// The text that the user has typed.
     pub(super) typed: String,
     left: Quantity,
     comparison: Comparison,

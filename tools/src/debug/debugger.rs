@@ -36,7 +36,7 @@ const RUNS: &str = "the program runs; stop halts it";
 /// Reads a program from its file, for a product.
 pub type Read<'a> = dyn FnMut(&Path, Option<Product>) -> Result<Program, String> + 'a;
 
-/// What is around a debugger while it carries an action out.
+/// The surroundings of a debugger while it carries an action out.
 pub struct Around<'a> {
     /// Whether a program that runs on is to be left alone.
     pub stop: &'a dyn Asked,
@@ -62,7 +62,7 @@ pub struct Debugger {
     program: Program,
     names: Names,
     breakpoints: Breakpoints,
-    /// What is watched, with the values at the last stop.
+    /// The quantities that are watched, with the values at the last stop.
     watched: Vec<(Quantity, i64)>,
     /// Address at which the last step has ended the program, for display: the module's program counter is 0 again.
     ended: Option<u16>,
@@ -424,8 +424,8 @@ impl Debugger {
     }
 }
 
-/// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word, or with
-/// `variable` or `register` or the name of a parameter of an axis behind the word that follows it.
+/// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word. With
+/// `variable` or `register` or the name of a parameter of an axis the cut is behind the word that follows it.
 fn assignment<'a>(typed: &'a str, names: &Names) -> Result<(&'a str, &'a str), String> {
     let missing = || "what, and to which value? For example: set acc 5".to_owned();
     let (what, value) = match typed.split_once('=') {

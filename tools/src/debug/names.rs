@@ -25,7 +25,7 @@ pub(super) enum Parameter {
 /// The names of a program in a module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
-    /// What the module is.
+    /// The product of the module; `None` if it is not known.
     pub(super) product: Option<Product>,
     /// Labels and constants of the program.
     pub(super) symbols: Symbols,

@@ -9,7 +9,7 @@ use super::trouble::Trouble;
 use crate::conversation::{Conversation, Error};
 use crate::replies::unit_and_name;
 
-/// What a value is of.
+/// The register, variable, parameter or constant that a value is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum What {
     Register(Register),
@@ -32,7 +32,7 @@ enum What {
 /// A value with the name under which the user knows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Quantity {
-    /// What the user has typed.
+    /// The text that the user has typed.
     pub(super) typed: String,
     what: What,
 }

@@ -44,7 +44,7 @@ impl Register {
         }
     }
 
-    /// Its value.
+    /// Reads the value of the register.
     pub fn read(self, module: &mut Conversation) -> Result<i32, Error> {
         match self {
             Register::Accumulator => module.control(Opcode::ApplicationStatus, kind::ACCUMULATOR, 0),
@@ -53,8 +53,9 @@ impl Register {
         }
     }
 
-    /// Changes its value, of a program that is halted. No command sets a register but those of programs, so these are
-    /// sent; as command 135 is the only one that tells what they have done, the value is read back.
+    /// Changes the value of the register, of a program that is halted. No command sets a register but those of
+    /// programs, so these are sent. Command 135 is the only one that tells what they have done, so the value is read
+    /// back.
     pub fn write(self, module: &mut Conversation, value: i32) -> Result<(), Trouble> {
         let load = Command { value, ..LOAD };
         let commands: &[Command] = match self {

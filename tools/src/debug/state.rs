@@ -1,5 +1,5 @@
-//! What the debugger knows and tells, as values: of these `words` makes the text, and anything else
-//! that shows a program step by step can show the same.
+//! Facts that the debugger knows and tells, as values. Of these `words` makes the text, and anything else that shows a
+//! program step by step can show the same.
 
 use serde::Serialize;
 use tmcm_sim::wire::Reply;
@@ -10,13 +10,13 @@ use crate::program::Line;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
-    /// It has been stopped, or has ended.
+    /// The program has been stopped, or has ended.
     Stopped,
-    /// It runs freely.
+    /// The program runs freely.
     Running,
-    /// It is executed step by step.
+    /// The program is executed step by step.
     Stepping,
-    /// It has been reset.
+    /// The program has been reset.
     Reset,
     /// A number that is not known here.
     Unknown(u8),
@@ -51,7 +51,7 @@ impl State {
 /// A command of the program with what is known of it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Row {
-    /// Its address.
+    /// The address of the command.
     pub address: u16,
     /// The labels of the address.
     pub labels: Vec<String>,
@@ -61,7 +61,7 @@ pub struct Row {
     pub breakpoint: bool,
     /// The command; `None` behind the end of the program in the file.
     pub command: Option<String>,
-    /// Its line in the source, if there is one.
+    /// The line of the command in the source, if there is one.
     pub line: Option<Line>,
 }
 
@@ -69,15 +69,15 @@ pub struct Row {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// It has been reset, or it was halted already.
+    /// The program has been reset, or it was halted already.
     Resting,
     /// The steps that were asked for are done.
     Stepped,
-    /// It has come to a breakpoint.
+    /// The program has come to a breakpoint.
     Breakpoint,
-    /// It has ended by its last command.
+    /// The program has ended by its last command.
     Ended,
-    /// The user has interrupted it.
+    /// The user has interrupted the program.
     Interrupted,
 }
 
@@ -88,21 +88,21 @@ pub struct Halt {
     pub reason: Reason,
     /// The commands around the next one.
     pub around: Vec<Row>,
-    /// What is watched and has another value than at the last halt.
+    /// The watched values that are other ones than at the last halt.
     pub changed: Vec<Change>,
 }
 
 /// A value of the module or the program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Reading {
-    /// What it is of, as it can be typed.
+    /// The quantity that the value is of, as it can be typed.
     pub of: String,
     /// The value.
     pub value: i64,
-    /// Its unit; empty if it has none.
+    /// The unit of the value; empty if it has none.
     #[serde(skip_serializing_if = "str::is_empty")]
     pub unit: &'static str,
-    /// What the manual calls it.
+    /// The name of the quantity in the manual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
 }
@@ -112,7 +112,7 @@ pub struct Reading {
 pub struct Change {
     /// The value at the last halt.
     pub before: i64,
-    /// What it is now.
+    /// The present value.
     pub now: Reading,
 }
 
@@ -132,13 +132,13 @@ pub struct Registers {
 /// An axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Axis {
-    /// Its number.
+    /// The number of the axis.
     pub number: u8,
-    /// Its position in microsteps.
+    /// The position of the axis in microsteps.
     pub position: i32,
-    /// Its speed.
+    /// The speed of the axis.
     pub speed: i32,
-    /// Its speed with the unit.
+    /// The speed of the axis with the unit.
     pub shown: String,
 }
 
@@ -158,7 +158,7 @@ pub struct View {
     pub registers: Registers,
     /// The user variables that the program uses.
     pub variables: Vec<Reading>,
-    /// What is watched.
+    /// The values that are watched.
     pub watched: Vec<Reading>,
     /// The breakpoints.
     pub breakpoints: Vec<Stop>,
@@ -168,7 +168,7 @@ pub struct View {
     pub ended: bool,
 }
 
-/// What an action of the user leads to.
+/// The outcome of an action of the user.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Told {
@@ -190,7 +190,7 @@ pub enum Told {
     Breakpoints(Vec<Stop>),
     /// Values that were asked for.
     Values(Vec<Reading>),
-    /// What is watched now; nothing if it is empty.
+    /// The values that are watched now; nothing is watched if there are none.
     Watched(Vec<Reading>),
     /// The reply to a command that was sent; `None` if the command has none.
     Reply {
@@ -223,7 +223,7 @@ pub struct Farewell {
 mod tests {
     use super::*;
 
-    /// What shows a program step by step elsewhere gets the same values as the text.
+    /// Other views that show a program step by step get the same values as the text.
     #[test]
     fn values_can_be_sent_as_json() {
         let row = Row {

@@ -4,9 +4,9 @@ use tmcm::tmcl::Opcode;
 
 use crate::program::{Program, target};
 
-/// The number of subroutines that a program is in behind a step from one address to another, if it was in `depth` of them
-/// before. A step that goes to the handler of an interrupt executes no command, so a CSUB counts if it has led to its
-/// target, and a RSUB if it has led behind a CSUB.
+/// The number of subroutines that a program is in behind a step from one address to another, if it was in `depth` of
+/// them before. A step that goes to the handler of an interrupt executes no command. So a CSUB counts if it has led to
+/// its target, and a RSUB if it has led behind a CSUB.
 pub(super) fn depth_behind(depth: u32, program: &Program, from: u16, to: u16) -> u32 {
     let command = |address: u16| program.commands.get(usize::from(address));
     let opcode = |address| command(address).and_then(|command| Opcode::from_number(command.opcode));

@@ -1,4 +1,4 @@
-//! What the control port answers: one line of JSON for each line of text.
+//! Answers of the control port: one line of JSON for each line of text.
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
@@ -16,7 +16,7 @@ struct Answer {
     told: Option<Told>,
 }
 
-/// What an answer tells beside that the command was carried out.
+/// The facts that an answer tells beside that the command was carried out.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum Told {
@@ -56,7 +56,7 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Going {
-    /// It does.
+    /// Time goes by the clock.
     Running,
     /// Only steps and requests let it pass.
     Paused,

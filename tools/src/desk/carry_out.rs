@@ -14,8 +14,8 @@ use super::timekeeper::{Task, Timekeeper};
 use super::watch::Watch;
 use crate::suggest::{module_command, world_command};
 
-/// Carries out a line from a connection to the control port, or begins with it. `kinds` are the boards of the modules, that
-/// of module 1 first.
+/// Carries out a line from a connection to the control port, or begins with it. `kinds` are the boards of the modules,
+/// that of module 1 first.
 ///
 /// # Errors
 /// The line asks for what there is not, or what cannot be done now; then nothing has been changed.

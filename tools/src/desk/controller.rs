@@ -1,4 +1,4 @@
-//! Who gives commands at a control port, as far as the desk knows.
+//! The connections that give commands at a control port, as far as the desk knows them.
 
 use hal_sim::clock::Nanos;
 use tmcm_sim::VirtualModule;
@@ -11,12 +11,12 @@ use super::watch::Watch;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControllerId(pub u64);
 
-/// What becomes of a line.
+/// The outcome of a line.
 #[derive(Debug)]
 pub enum Outcome {
-    /// It has been carried out, and there may be something to tell.
+    /// The command has been carried out, and there may be something to tell.
     Done(Option<Told>),
-    /// It takes virtual time; the answer comes later.
+    /// The command takes virtual time; the answer comes later.
     Later,
     /// Lines of a watch follow the answer, and take the place of those of an earlier watch.
     Watch(Watch),
@@ -32,6 +32,7 @@ pub trait Watcher {
     /// Takes the lines of the watch that are due.
     fn tell(&mut self, fleet: &mut Fleet<impl VirtualModule>);
 
-    /// True if the next line of the watch would be lost, because those before have not been read: a step waits for that.
+    /// True if the next line of the watch would be lost, because those before have not been read: a step waits for
+    /// that.
     fn is_behind(&mut self) -> bool;
 }

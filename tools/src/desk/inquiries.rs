@@ -19,17 +19,17 @@ use crate::request::{Answered, Typed};
 const SILENCE: &str = "no reply; is the module's power on, its USB cable in, and its USB link in binary mode? With --image \
                        the cable is in for --tcp and --serial alone, until 'usb on'";
 
-/// What is waited for, oldest first.
+/// The replies that are waited for, oldest first.
 #[derive(Debug, Default)]
 pub struct Inquiries(Vec<Inquiry>);
 
 #[derive(Debug)]
 struct Inquiry {
-    /// Who has asked.
+    /// The connection that has asked.
     asker: ControllerId,
     client: Client,
     command: Command,
-    /// What the module is, unless the command was written in numbers and is answered in numbers.
+    /// The product of the module, unless the command was written in numbers and is answered in numbers.
     product: Option<Product>,
 }
 

@@ -1,5 +1,5 @@
-//! The desk of virtual modules: lines of the control port are carried out, and virtual time passes by the clock, or paused in
-//! steps (`docs/control.md`). The clock is the caller's: moments are spans since a beginning of its own.
+//! The desk of virtual modules: lines of the control port are carried out, and virtual time passes by the clock, or
+//! paused in steps (`docs/control.md`). The clock is the caller's: moments are spans since a beginning of its own.
 //!
 //! * `carry_out` - what becomes of a line
 //! * `controller` - who gives it

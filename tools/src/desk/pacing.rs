@@ -63,8 +63,8 @@ impl Pacer {
         self.goal
     }
 
-    /// Virtual time has not gone by the clock up to the moment `at`, but somebody has taken it as far as `now`: so there
-    /// is nothing to be made up for.
+    /// Notes that virtual time has not gone by the clock up to the moment `at`, but that somebody has taken it as far
+    /// as `now`. So there is nothing to be made up for.
     pub fn rest(&mut self, at: Duration, now: Nanos) {
         self.measure(at);
         self.reached = now;
@@ -116,7 +116,8 @@ impl Pacer {
         if span == 0 { 0.0 } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
-    /// How far virtual time is behind where it would be without any lag, since it last went otherwise than by the clock.
+    /// How far virtual time is behind where it would be without any lag, since it last went otherwise than by the
+    /// clock.
     pub fn behind(&self) -> Nanos {
         self.ideal.saturating_sub(self.reached)
     }

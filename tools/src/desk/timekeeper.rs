@@ -1,4 +1,5 @@
-//! The timekeeper of virtual time: by the clock; or paused, where it passes by steps and for what hosts are waiting for.
+//! The timekeeper of virtual time: by the clock; or paused, where it passes by steps and for what hosts are waiting
+//! for.
 //!
 //! Nothing here holds the simulator up. What takes long is done in turns, and between them links and connections are
 //! served.
@@ -18,8 +19,8 @@ use super::pacing::Pacer;
 
 /// Longest real time spent on virtual time before links and connections are served again.
 const LONGEST_TURN: Duration = Duration::from_millis(2);
-/// Span of virtual time that is simulated between two looks at the clock while something happens, in nanoseconds; conditions
-/// are looked at as often.
+/// Span of virtual time that is simulated between two looks at the clock while something happens, in nanoseconds;
+/// conditions are looked at as often.
 const PORTION: Nanos = MILLISECOND;
 
 /// Longest sleep while time is paused and nobody waits for anything.
@@ -37,13 +38,13 @@ pub struct Timekeeper {
     debt: Nanos,
     /// Replies that have been counted for that.
     counted: u64,
-    /// What a connection waits for. There is one at a time.
+    /// The task that a connection waits for. There is one at a time.
     errand: Option<Errand>,
-    /// Who waits for a restart.
+    /// The connection that waits for a restart.
     restart: Option<ControllerId>,
-    /// Who has asked for the end of what is under way, and waits for it.
+    /// The connections that have asked for the end of what is under way, and wait for it.
     interrupters: Vec<ControllerId>,
-    /// The last turn has ended before all was done that there was to do.
+    /// True if the last turn has ended before all was done that there was to do.
     is_working: bool,
 }
 
@@ -56,7 +57,7 @@ struct Errand {
     goal: Option<Nanos>,
 }
 
-/// What is to be done.
+/// A task that is to be done.
 #[derive(Debug)]
 pub enum Task {
     /// Time passes.
@@ -65,7 +66,7 @@ pub enum Task {
     RunUntil {
         /// Index of the module for which it is to hold.
         module: usize,
-        /// What is to hold.
+        /// The condition that is to hold.
         condition: Condition,
         /// How much time passes at most.
         longest: Nanos,
@@ -88,8 +89,8 @@ impl Task {
         }
     }
 
-    /// The answer, if the task is done at this moment, because the time for it `is_over` or because what was waited for is
-    /// so.
+    /// The answer, if the task is done at this moment, because the time for it `is_over` or because what was waited for
+    /// is so.
     fn outcome(&self, fleet: &mut Fleet<impl VirtualModule>, is_over: bool) -> Option<Result<Option<Told>, String>> {
         let now = fleet.now();
         match self {
@@ -106,12 +107,12 @@ impl Task {
     }
 }
 
-/// What a connection waited for has been done: whose it is, and its answer.
+/// A task that is done: the connection that waited for it, and its answer.
 pub type Finished = (ControllerId, Result<Option<Told>, String>);
 
 impl Timekeeper {
-    /// The timekeeper from virtual time `now` on, at the moment `at`: by the clock at this speed; or paused, and `paused` is how much time passes after each
-    /// reply.
+    /// The timekeeper from virtual time `now` on, at the moment `at`: by the clock at this speed; or paused, and
+    /// `paused` is how much time passes after each reply.
     pub fn new(speed: Speed, paused: Option<Nanos>, at: Duration, now: Nanos) -> Self {
         let pacer = Pacer::new(speed, at, now);
         Timekeeper {
@@ -153,12 +154,12 @@ impl Timekeeper {
         self.is_paused() && !self.is_working
     }
 
-    /// Who has asked for a restart, which is for the owner of the modules to do.
+    /// Takes the connection that has asked for a restart, which is for the owner of the modules to do.
     pub fn take_restart(&mut self) -> Option<ControllerId> {
         self.restart.take()
     }
 
-    /// Who has waited for the end of what was under way, once it has come.
+    /// Takes the connections that have waited for the end of what was under way, once it has come.
     pub fn take_interrupters(&mut self) -> Vec<ControllerId> {
         if self.is_busy() { Vec::new() } else { std::mem::take(&mut self.interrupters) }
     }
@@ -247,8 +248,8 @@ impl Timekeeper {
         Ok(())
     }
 
-    /// Ends what is under way for a connection, as if its time were over, and `from` waits until it has ended: the next line
-    /// of `from` comes after that. False if nothing is under way.
+    /// Ends what is under way for a connection, as if its time were over, and `from` waits until it has ended: the next
+    /// line of `from` comes after that. False if nothing is under way.
     pub fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
         if let Some(errand) = &mut self.errand {
             errand.goal = Some(now);
@@ -276,8 +277,8 @@ impl Timekeeper {
         Err(format!("busy: a '{name}' is under way; write this again when that is answered"))
     }
 
-    /// When, after the moment `at`, the simulator has something to do again although nothing arrives. `nap` is its longest sleep while the modules
-    /// have nothing to do for a host.
+    /// When, after the moment `at`, the simulator has something to do again although nothing arrives. `nap` is its
+    /// longest sleep while the modules have nothing to do for a host.
     pub fn wake(&self, at: Duration, fleet: &Fleet<impl VirtualModule>, nap: Duration) -> Duration {
         if self.is_paused() {
             return at + if self.is_at_rest() { REST } else { Duration::ZERO };
@@ -311,8 +312,8 @@ impl Timekeeper {
         }
     }
 
-    /// Lets paused time pass for those who wait for it, as far as is needed or as a turn suffices. Gives what has been done
-    /// for a connection.
+    /// Lets paused time pass for those who wait for it, as far as is needed or as a turn suffices. Gives what has been
+    /// done for a connection.
     pub fn serve(
         &mut self,
         fleet: &mut Fleet<impl VirtualModule>,
@@ -342,7 +343,7 @@ impl Timekeeper {
         finished
     }
 
-    /// Lets a portion of paused time pass for whose turn it is: a step; the time after replies; requests; and once nobody
+    /// Lets a portion of paused time pass for whose turn it is: a step; the time after replies; requests. Once nobody
     /// waits for a reply any more, a step begins.
     fn portion(
         &mut self,
@@ -387,18 +388,18 @@ impl Timekeeper {
     }
 }
 
-/// What a portion of paused time has brought.
+/// The outcome of a portion of paused time.
 enum Portion {
     /// Nothing: there was nothing to do, or a client has to read first.
     Idle,
     /// Time has passed, or a step has begun.
     Passed,
-    /// What a connection waited for has been done.
+    /// A task that a connection waited for has been done.
     Finished(Finished),
 }
 
-/// The time that may pass between two looks at the clock: [`PORTION`], or more where nothing happens for longer, which is
-/// soon simulated.
+/// The time that may pass between two looks at the clock: [`PORTION`], or more where nothing happens for longer, which
+/// is soon simulated.
 fn stretch(fleet: &Fleet<impl VirtualModule>) -> Nanos {
     fleet.next_event().map_or(PORTION, |due| due.saturating_sub(fleet.now()).max(PORTION))
 }

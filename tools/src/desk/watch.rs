@@ -1,4 +1,4 @@
-//! What a client of the control port watches: values of a module, told as virtual time passes.
+//! Watches of the clients of the control port: values of a module, told as virtual time passes.
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -39,8 +39,8 @@ impl Watch {
         self.due
     }
 
-    /// The line that is due, without its end: one object of JSON with the number of lines that are missing before it, the
-    /// time, and the values. A value that cannot be told at this moment is null.
+    /// The line that is due, without its end: one object of JSON with the number of lines that are missing before it,
+    /// the time, and the values. A value that cannot be told at this moment is null.
     pub fn take(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> String {
         let mut fields = Vec::with_capacity(self.values.len() + 2);
         if self.missed > 0 {

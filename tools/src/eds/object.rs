@@ -7,7 +7,7 @@ use tmcm::canopen::{Access, Initial, Kind, Mapping, Object, ROWS, Row, Type};
 pub struct Described {
     /// The object.
     pub object: Object,
-    /// Its row in the table.
+    /// The row of the object in the table.
     pub row: &'static Row,
     /// The number of its PDO, counted from 0; 0 for an object of no PDO.
     pub nth: u8,
@@ -52,8 +52,8 @@ impl Described {
         self.row.kind != Kind::Var && self.row.sub == 0
     }
 
-    /// Who may change the object, in the words of an EDS. An object that a received PDO may carry is `rww`; one that is
-    /// written, but only sent by a PDO, would be `rwr`.
+    /// The access to the object: who may change it, in the words of an EDS. An object that a received PDO may carry is
+    /// `rww`; one that is written, but only sent by a PDO, would be `rwr`.
     pub fn access(&self) -> &'static str {
         match (self.row.access, self.row.mapping) {
             (Access::Ro, _) if self.is_constant() => "const",

@@ -24,7 +24,7 @@ pub type Usual = [Option<i32>; USUAL.len()];
 pub struct Column {
     /// Number of the axis parameter.
     pub number: u8,
-    /// Its name in headlines and objects, without spaces.
+    /// The name of the column in headlines and objects, without spaces.
     pub name: String,
 }
 

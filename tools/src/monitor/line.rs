@@ -6,15 +6,15 @@ use super::column::{Column, Usual};
 use crate::product::{Product, numbers, speed_unit, symbol};
 use crate::status::{DRIVER_FLAGS, EXTENDED_FLAGS, STANDSTILL};
 
-/// What stands for axes that are left out.
+/// The text for axes that are left out.
 const DOTS: &str = "...";
 
-/// What is shown of an axis.
+/// The values that are shown of an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Its number.
+    /// The number of the axis.
     pub axis: u8,
-    /// Its present values.
+    /// The present values of the axis.
     pub sample: Usual,
     /// The extended error flags of all samples so far.
     pub seen: i32,
@@ -55,8 +55,9 @@ pub fn line(Shown { sample, seen, .. }: &Shown, Speeds { width, unit }: &Speeds)
     )
 }
 
-/// A sample as a line of a terminal with so many columns: in words if there is room, else with `lrh` for closed switches
-/// and with the errors of driver and axis together, else as one of several axes.
+/// A sample as a line of a terminal with so many columns. The line is in words if there is room, else with `lrh` for
+/// closed switches and with the errors of driver and axis together. If that is too long as well, it is as one of
+/// several axes.
 pub fn short(shown: &Shown, speeds: &Speeds, columns: usize) -> String {
     let all = line(shown, speeds);
     if all.len() <= columns {
@@ -91,9 +92,9 @@ pub fn named(columns: &[Column], values: &[Option<i32>]) -> String {
     all.collect::<Vec<_>>().join("  ")
 }
 
-/// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and
-/// speed with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon. Axes
-/// for which there is no room at all are three dots.
+/// All axes in one line of a terminal with so many columns, with as much of each as there is room for. That is position
+/// and speed with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon.
+/// Axes for which there is no room at all are three dots.
 pub fn status(all: &[Shown], Speeds { width, .. }: &Speeds, columns: usize) -> String {
     let roomy = |shown: &Shown| {
         let [position, speed, _, _, _, left, right, home] = shown.sample;

@@ -63,7 +63,7 @@ pub fn row(samples: &[Sample], begun: Duration) -> String {
 pub struct Object<'a> {
     /// The axis that was sampled.
     pub axis: u8,
-    /// What was sampled.
+    /// The columns that were sampled.
     pub columns: &'a [Column],
     /// The values.
     pub sample: &'a Sample,

@@ -57,7 +57,7 @@ pub fn write(module: &mut Conversation, setting: Setting, product: Option<Produc
     Ok(())
 }
 
-/// What a parameter takes, behind the refusal of a value.
+/// Tells what a parameter takes, behind the refusal of a value.
 pub fn hint(error: &Error, setting: Setting, product: Option<Product>) -> String {
     let row = setting.row(product).filter(|row| error.is(Status::InvalidValue) && !row.accepts(setting.value()));
     row.map_or_else(String::new, |row| format!("; {} takes {}", row.name, range(row)))

@@ -1,4 +1,4 @@
-//! What is different between two lists of settings.
+//! Differences between two lists of settings.
 
 use super::file::Setting;
 use crate::product::Product;

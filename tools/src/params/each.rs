@@ -1,4 +1,5 @@
-//! Settings one after the other, each with what has become of it: what the module refuses does not keep it from the others.
+//! Settings one after the other, each with what has become of it: what the module refuses does not keep it from the
+//! others.
 
 use super::file::Setting;
 use crate::conversation::{Conversation, Error};
@@ -7,10 +8,11 @@ use crate::product::Product;
 use crate::progress::Progress;
 use crate::stop::Stop;
 
-/// What has become of each of some settings: a value or nothing, or the module's refusal.
+/// The outcome of each of some settings: a value or nothing, or the module's refusal.
 pub type Each<T> = Vec<Result<T, Error>>;
 
-/// Does something with each setting. `so_far` tells what a user has to know who ends it, or whose link fails, after so many.
+/// Does something with each setting. `so_far` tells what a user has to know who ends it, or whose link fails, after so
+/// many.
 fn each<T>(
     settings: &[Setting],
     doing: &str,
@@ -57,8 +59,8 @@ pub fn read_each(
     each(settings, "reading", &|_| String::new(), stop, progress, |setting| module.value(setting.read()))
 }
 
-/// Writes settings, with `store` into the EEPROM as well where that is done on command, and gives the values that the module has
-/// then.
+/// Writes settings, with `store` into the EEPROM as well where that is done on command, and gives the values that the
+/// module has then.
 ///
 /// # Errors
 /// The link fails, or it is to end.

@@ -11,9 +11,10 @@ use crate::product::{Product, axis_number, numbers, stores_axes};
 pub struct Entry {
     /// Where it is, with the value 0.
     pub setting: Setting,
-    /// What the table says about it. Its number is that of the setting but for interrupts, where it is the first one's.
+    /// The row of the table about the parameter. Its number is that of the setting but for interrupts, where it is the
+    /// first one's.
     pub row: &'static Row,
-    /// Its name.
+    /// The name of the parameter.
     pub name: String,
 }
 
@@ -53,7 +54,8 @@ impl Entry {
         matches!(self.setting, Setting::Axis { number, .. } if cleared == Some(number))
     }
 
-    /// True for a parameter that is as it was written, and no live value: it makes sense to compare it with its default.
+    /// True for a parameter that is as it was written, and no live value: it makes sense to compare it with its
+    /// default.
     pub fn is_kept(&self, product: Option<Product>) -> bool {
         match self.setting {
             Setting::Axis { number, .. } => {
@@ -67,8 +69,8 @@ impl Entry {
     }
 }
 
-/// A parameter is a setting if it can be written and stored; the others are live values. Where axis parameters cannot be stored,
-/// those that keep what is written are settings.
+/// A parameter is a setting if it can be written and stored; the others are live values. Where axis parameters cannot
+/// be stored, those that keep what is written are settings.
 pub(super) fn is_axis_setting(found: &Parameter<AxisParameter>, product: Option<Product>) -> bool {
     let kept = match stores_axes(product) {
         true => found.row.stored(),

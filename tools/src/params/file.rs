@@ -76,8 +76,8 @@ impl Setting {
     }
 
     /// The command that stores the setting in the EEPROM of a product. `None` for parameters of bank 0, which the
-    /// module stores when they are written, for coordinates, which are stored all at once, and for axis parameters
-    /// where they cannot be stored.
+    /// module stores when they are written. `None` also for coordinates, which are stored all at once, and for axis
+    /// parameters where they cannot be stored.
     pub fn store(self, product: Option<Product>) -> Option<Command> {
         match self {
             Setting::Axis { .. } if !stores_axes(product) => None,
@@ -136,7 +136,7 @@ impl Setting {
         self.with(0) == other.with(0)
     }
 
-    /// What the table of a product says about the parameter; `None` for variables and coordinates.
+    /// The row about the parameter in the table of a product; `None` for variables and coordinates.
     pub fn row(self, product: Option<Product>) -> Option<&'static Row> {
         let spec = product?.spec();
         match self {
@@ -155,7 +155,7 @@ impl Setting {
     }
 }
 
-/// What is in a file of settings.
+/// The contents of a file of settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// The number of the product whose settings these are; `None` in a file without a title.

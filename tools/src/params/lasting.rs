@@ -1,4 +1,4 @@
-//! What a command leaves in the EEPROM of a module, in place of what was there.
+//! Changes that a command leaves in the EEPROM of a module, in place of what was there.
 
 use tmcm::param::Storage;
 use tmcm::tmcl::{ALL_AXES, CONFIRMATION, Command, Opcode};
@@ -6,7 +6,7 @@ use tmcm::tmcl::{ALL_AXES, CONFIRMATION, Command, Opcode};
 use super::file::Setting;
 use crate::product::Product;
 
-/// What a command changes for longer than until the module is switched off.
+/// A change by a command that lasts for longer than until the module is switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lasting {
     /// STAP or STGP stores the value that a parameter has.
@@ -20,7 +20,7 @@ pub enum Lasting {
 }
 
 impl Lasting {
-    /// What a command changes so; `None` if it changes nothing so.
+    /// Finds the lasting change by a command; `None` if it changes nothing so.
     pub fn of(command: Command, product: Option<Product>) -> Option<Self> {
         let Command { kind: number, motor, value, .. } = command;
         match Opcode::from_number(command.opcode)? {
@@ -33,8 +33,8 @@ impl Lasting {
     }
 }
 
-/// True for a parameter that the module stores by itself when it is written. Of a product that is not known that may be so
-/// for all parameters of bank 0.
+/// True for a parameter that the module stores by itself when it is written. Of a product that is not known that may be
+/// so for all parameters of bank 0.
 pub fn stores_itself(setting: Setting, product: Option<Product>) -> bool {
     match setting.row(product) {
         Some(row) => matches!(row.storage, Storage::Automatic(_)),

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::product::symbol;
 use crate::stop::Stop;
 
-/// What a parameter takes, in words.
+/// The values that a parameter takes, in words.
 pub fn range(row: &Row) -> String {
     let one = |&(low, high): &(i32, i32)| match (low, high) {
         (i32::MIN, i32::MAX) => "any".into(),
@@ -19,8 +19,9 @@ pub fn range(row: &Row) -> String {
     if row.writable() { row.ranges.iter().map(one).collect::<Vec<_>>().join(", ") } else { "read only".into() }
 }
 
-/// The tables of a module's parameters, each of an axis or a bank, in words; of this axis or this bank only if there is one, and
-/// only parameters whose names contain all of `words`. `tell` takes each as soon as it has been read, and ends it by false.
+/// Reads the tables of a module's parameters, each of an axis or a bank, in words. If `at` names an axis or a bank,
+/// there is only the table of that one. The tables have only parameters whose names contain all of `words`. `tell`
+/// takes each table as soon as it has been read, and ends the list by false.
 ///
 /// # Errors
 /// There are no such parameters, the link fails, or it is to end.

@@ -1,4 +1,4 @@
-//! Which parameter a user means: by a name of the assembler, or by its number with an axis or a bank.
+//! The parameter that a user means: by a name of the assembler, or by its number with an axis or a bank.
 
 use super::file::Setting;
 use crate::asm;
@@ -17,7 +17,7 @@ pub struct Where {
     pub bank: Option<u8>,
 }
 
-/// What the beginning of a name says about the parameter.
+/// The family of a parameter, as the beginning of its name tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Family {
     Axis,
@@ -25,7 +25,7 @@ enum Family {
 }
 
 impl Family {
-    /// That of the first name in an expression; `None` for plain numbers.
+    /// The family of the first name in an expression; `None` for plain numbers.
     fn of(text: &str) -> Option<Self> {
         let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         words.map(str::to_ascii_uppercase).find_map(|word| match word {

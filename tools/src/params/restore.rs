@@ -34,18 +34,18 @@ pub fn check_number(here: u16, there: Option<u16>, name: &str) -> Result<(), Str
     }
 }
 
-/// What is to be done with settings, beside writing them.
+/// The tasks with settings, beside writing them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
-    /// They are stored in the EEPROM, too.
+    /// True if the settings are stored in the EEPROM, too.
     pub store: bool,
-    /// Those of the interfaces are written, too: addresses, identifiers, bit rates.
+    /// True if the settings of the interfaces are written, too: addresses, identifiers, bit rates.
     pub interface: bool,
     /// The address under which the module answers over this link, which is written last.
     pub address: GlobalParameter,
 }
 
-/// What has become of settings that were to be written.
+/// The outcome for settings that were to be written.
 #[derive(Debug)]
 pub struct Restored {
     /// Number of settings that are other ones now.
@@ -56,12 +56,12 @@ pub struct Restored {
     pub left: usize,
     /// Whether they are stored, and whether those of the axes are; `None` if that was not wanted.
     pub stored: Option<bool>,
-    /// What the module has refused.
+    /// The refusals of the module.
     pub refused: Vec<Error>,
 }
 
 impl Restored {
-    /// What the module has refused of a setting.
+    /// The module's refusal of a setting.
     pub fn refusal(&self, setting: Setting, product: Option<Product>) -> Option<&Error> {
         let commands = [Some(setting.write()), setting.store(product)];
         self.refused.iter().find(|error| match error {
@@ -188,7 +188,7 @@ impl Restorer<'_> {
         if self.stop.happened() { Err(self.stop.interrupted(&self.so_far())) } else { Ok(()) }
     }
 
-    /// What a user has to know who finds it ended half way.
+    /// The message for a user who finds it ended half way.
     fn so_far(&self) -> String {
         let (done, total) = (self.done, self.total);
         format!("{done} of {total} settings are as in the file; restore it again for the rest")

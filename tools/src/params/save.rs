@@ -77,7 +77,7 @@ pub fn all(
     values(module, &settings, stop, progress)
 }
 
-/// These settings with the values that they have in a module; without those that it does not have.
+/// Reads these settings with the values that they have in a module, without those that it does not have.
 ///
 /// # Errors
 /// The link fails, or it is to end.

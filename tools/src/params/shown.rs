@@ -1,4 +1,5 @@
-//! Values of parameters as a user reads and writes them: in the module's units, in physical ones, or in one of the user's own.
+//! Values of parameters as a user reads and writes them: in the module's units, in physical ones, or in one of the
+//! user's own.
 
 use tmcm::param::{AxisParameter, Unit};
 
@@ -24,14 +25,14 @@ pub enum Units {
     Physical,
     /// Positions, speeds and accelerations in a unit of the user's, the others as physical ones.
     Own {
-        /// Its name.
+        /// The name of the unit.
         name: String,
         /// The number of microsteps that one of it has.
         microsteps: f64,
     },
 }
 
-/// What values of an axis are physically.
+/// The scales of an axis: what its values are physically.
 #[derive(Clone, Debug)]
 struct Scales {
     length: Length,
@@ -54,11 +55,12 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// For an axis of which `known` gives the values that are known, by the numbers of the parameters; the others are taken to be
-    /// as in a new module. `steps` are the full steps per turn of its motor, where the module is not told.
+    /// For an axis of which `known` gives the values that are known, by the numbers of the parameters; the others are
+    /// taken to be as in a new module. `steps` are the full steps per turn of its motor, where the module is not told.
     ///
     /// # Errors
-    /// The product is not known, so that there are no other units than those of the module; or a unit of the user's is none.
+    /// The product is not known, so that there are no other units than those of the module; or a unit of the user's is
+    /// none.
     pub fn new(
         product: Option<Product>,
         known: &dyn Fn(u8) -> Option<i32>,
@@ -95,7 +97,7 @@ impl Shown {
         })
     }
 
-    /// What the value of a setting is physically; `None` if it is shown as it is.
+    /// Finds what the value of a setting is physically; `None` if it is shown as it is.
     fn physical(&self, setting: Setting) -> Option<Of<'_>> {
         let (Setting::Axis { number, .. }, Some(scales)) = (setting, &self.scales) else { return None };
         let found = numbers(self.product).axis.find(number)?;

@@ -47,7 +47,7 @@ pub fn download(
     Ok(())
 }
 
-/// What has ended a download.
+/// The reason why a download has ended.
 enum Broken {
     /// The module has not answered, or refused, the command of this address.
     Refused(u16, Error),
@@ -84,8 +84,8 @@ fn send(
     Ok(())
 }
 
-/// The failure of a command that would have stored something. Status 5 has two reasons, between which the code protection
-/// (global parameter 81) tells.
+/// The failure of a command that would have stored something. Status 5 has two reasons, between which the code
+/// protection (global parameter 81) tells.
 pub fn explain(module: &mut Conversation, error: Error) -> Failure {
     if !error.is(Status::EepromLocked) {
         return error.into();

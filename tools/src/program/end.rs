@@ -12,9 +12,9 @@ pub fn goes_on(command: &Command) -> bool {
     !ends && command.opcode != 0
 }
 
-/// The number of commands of the program that begins with the first one, which has the address `origin`: up to a command
-/// after which it does not go on, if no jump, call or vector leads behind it. A STOP that the assembler has put at the end
-/// belongs to it, though nothing may lead there.
+/// The number of commands of the program that begins with the first one, which has the address `origin`. The program
+/// goes up to a command after which it does not go on, if no jump, call or vector leads behind it. A STOP that the
+/// assembler has put at the end belongs to it, though nothing may lead there.
 pub fn end(commands: &[Command], origin: usize) -> usize {
     let mut furthest = 0;
     for (index, command) in commands.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What a module has where a program is to go.
+//! The contents of a module where a program is to go.
 
 use tmcm::tmcl::Command;
 
@@ -8,10 +8,10 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::stop::Stop;
 
-/// What a module has in its program memory, beside a program.
+/// The contents of a module's program memory, beside a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum There {
-    /// This program.
+    /// The same program.
     Same,
     /// No command at all where the program is to go.
     Nothing,
@@ -22,7 +22,7 @@ pub enum There {
         /// The command that stands there.
         found: Command,
     },
-    /// It is protected from being read (global parameter 81), so nobody can tell.
+    /// The program memory is protected from being read (global parameter 81), so nobody can tell.
     Unknown,
 }
 

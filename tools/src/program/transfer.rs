@@ -16,7 +16,7 @@ use crate::stop::Stop;
 /// Type of command 129 that starts the program at an address.
 const FROM_ADDRESS: u8 = 1;
 
-/// What is to be done with a program besides loading it.
+/// The tasks with a program besides loading it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Transfer {
     /// Address in program memory of the first command; the rest of the memory stays as it is.
@@ -29,7 +29,7 @@ pub struct Transfer {
     pub run: bool,
 }
 
-/// What has been done.
+/// A step that has been done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Done {
     /// The program is in the module, at these addresses.
@@ -39,11 +39,11 @@ pub enum Done {
         /// The address of the last one.
         last: usize,
     },
-    /// It has been read back, and is the same.
+    /// The program has been read back, and is the same.
     Verified,
-    /// It starts after power-up.
+    /// The program starts after power-up.
     Autostart,
-    /// It runs, from this address on.
+    /// The program runs, from this address on.
     Running(u16),
 }
 
@@ -77,8 +77,8 @@ pub fn fits(program: &Program, Settings { product, origin, .. }: Settings) -> Re
 /// Puts a program into the module, and does what is wanted then. `tell` hears of each thing that is done.
 ///
 /// # Errors
-/// The module refuses a command or has another program than was sent, the link fails, it has been asked to end, or `tell`
-/// fails.
+/// The module refuses a command or has another program than was sent, the link fails, it has been asked to end, or
+/// `tell` fails.
 pub fn transfer<E: From<Failure>>(
     module: &mut Conversation,
     program: &Program,
@@ -108,8 +108,8 @@ pub fn transfer<E: From<Failure>>(
     Ok(())
 }
 
-/// A warning if an assembled program loaded to address `at` has a jump to an address below: it was probably assembled for
-/// address 0. Of jumps in a source the assembler has warned already.
+/// A warning if an assembled program loaded to address `at` has a jump to an address below: it was probably assembled
+/// for address 0. Of jumps in a source the assembler has warned already.
 fn jump_outside(program: &Program, at: u16) -> Option<String> {
     if program.has_source() {
         return None;

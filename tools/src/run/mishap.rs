@@ -1,5 +1,5 @@
-//! What goes wrong in a program without stopping it: refused commands, divisions by zero, a return stack that is full or
-//! empty. Each is counted, and the first is kept with its place.
+//! Mishaps, which do not stop a program: refused commands, divisions by zero, a return stack that is full or empty.
+//! Each is counted, and the first is kept with its place.
 
 use serde::Serialize;
 use tmcm::tmcl::{Command, Opcode};
@@ -38,9 +38,9 @@ impl Kind {
 pub(super) struct Place {
     /// The command as text.
     command: String,
-    /// Its address in program memory.
+    /// The address of the command in program memory.
     address: u16,
-    /// Its line in the source; left out for an assembled program.
+    /// The line of the command in the source; left out for an assembled program.
     #[serde(skip_serializing_if = "Option::is_none")]
     line: Option<usize>,
     /// The included file in which this line is.
@@ -111,8 +111,8 @@ impl Mishaps {
         // A handler begins between any two commands, and has calls and returns of its own.
         let context = usize::from(executed.handler);
         if let Some(jump) = self.undecided.get_mut(context).and_then(Option::take) {
-            // Without its effect a call or return is followed by the command behind it. No return leads there, because the
-            // command before that is the return itself and not a call.
+            // Without its effect a call or return is followed by the command behind it. No return leads there, because
+            // the command before that is the return itself and not a call.
             if jump.executed.address.checked_add(1) == Some(executed.address) {
                 match Opcode::from_number(jump.executed.command.opcode) {
                     Some(Opcode::Csub) => self.stack_full.add(Kind::StackFull, &jump, program),

@@ -40,7 +40,7 @@ impl Quantity {
     const COUNT: usize = Quantity::Home as usize + 1;
 }
 
-/// What is recorded of the module and its world.
+/// A value that is recorded of the module and its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
     /// A quantity of the axis with this number.
@@ -104,7 +104,7 @@ pub(super) fn joined(a: Range, b: Range) -> Range {
 pub struct Recording {
     /// Length of a slice in nanoseconds.
     pub(super) interval: Nanos,
-    /// What the module is.
+    /// The product that the module is.
     pub(super) product: Product,
     /// Number of axes of the module.
     pub(super) axes: usize,

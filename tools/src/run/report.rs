@@ -43,14 +43,14 @@ pub struct Report {
     registers: Option<Registers>,
     /// The user variables that have another value than before, by their numbers.
     user_variables: BTreeMap<u8, i32>,
-    /// What happened by option `--at`, and the host's answers.
+    /// The events by option `--at`, and the host's answers.
     events: Vec<Happened>,
     /// The file with the plot, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plot: Option<String>,
 }
 
-/// What is seen of a module from outside.
+/// The state of a module as it is seen from outside.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Module {
     axes: Vec<Axis>,
@@ -135,7 +135,7 @@ impl Report {
         }
     }
 
-    /// What went wrong, for a message; `None` if nothing did.
+    /// The list of what went wrong, for a message; `None` if nothing did.
     pub fn wrong(&self) -> Option<String> {
         let wrong = self.mishaps.all().into_iter().filter(|(_, tally)| tally.count > 0);
         let wrong: Vec<String> = wrong.map(|(name, tally)| format!("{name} {}", tally.times())).collect();
@@ -187,7 +187,7 @@ impl fmt::Display for Report {
 }
 
 impl Module {
-    /// What is seen of a module; `None` without power.
+    /// Reads what is seen of a module; `None` without power.
     fn of(module: &NativeModule, product: Product) -> Option<Self> {
         module.machine()?;
         let state = State::of(&module.board().borrow());

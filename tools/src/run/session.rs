@@ -35,7 +35,7 @@ pub enum End {
     Program,
     /// The time of option `--until` has been reached.
     Time,
-    /// It has been asked to end.
+    /// The run has been asked to end.
     Signal,
 }
 
@@ -44,7 +44,7 @@ pub enum End {
 pub(super) struct Counts {
     /// Number of executed commands.
     pub(super) executed: u64,
-    /// What went wrong.
+    /// The mishaps of the program.
     pub(super) mishaps: Mishaps,
     /// The last executed command.
     pub(super) last: Option<Step>,
@@ -107,7 +107,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// What the module is.
+    /// The product that the module is.
     pub(super) fn product(&self) -> Product {
         self.module.model().product()
     }

@@ -27,7 +27,8 @@ pub struct Trace<'a> {
 }
 
 impl<'a> Trace<'a> {
-    /// Begins a trace. `out` takes its text, some lines at a time, and tells by false that it can take no more, which ends the run.
+    /// Begins a trace. `out` takes its text, some lines at a time, and tells by false that it can take no more, which
+    /// ends the run.
     pub fn begin(out: &'a mut dyn FnMut(&str) -> bool, program: &Program) -> Self {
         // A label is followed by a colon and a space.
         let longest = program.labels.iter().map(|(name, _)| name.chars().count() + 2).max();

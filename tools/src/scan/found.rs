@@ -9,10 +9,10 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub struct Found {
-    /// Its address on a serial link.
+    /// The address of the module on a serial link.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub address: Option<u16>,
-    /// Its identifier on CAN.
+    /// The identifier of the module on CAN.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identifier: Option<u16>,
     /// The bit rate of a serial device, in bit/s.
@@ -20,14 +20,14 @@ pub struct Found {
     pub baud: Option<u32>,
     /// True on a link that leads to one module, whatever the address.
     pub alone: bool,
-    /// Its own address, if it has answered at its secondary one.
+    /// The module's own address, if it has answered at its secondary one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub secondary_of: Option<u8>,
-    /// Its product, such as `TMCM-1140`.
+    /// The product of the module, such as `TMCM-1140`.
     pub product: String,
     /// Major and minor version of its firmware, such as `1.42`.
     pub firmware: String,
-    /// Its version string (command 136, type 0), if it tells one.
+    /// The version string of the module (command 136, type 0), if it tells one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub version: Option<String>,
 }

@@ -6,8 +6,8 @@ use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::stop::Stop;
 
-/// Looks for modules. `open` opens the link, at a bit rate where it has one, in such a way that whoever answers is taken;
-/// what it has opened is closed before it is called again. `hear` takes what there is to tell.
+/// Looks for modules. `open` opens the link, at a bit rate where it has one, in such a way that whoever answers is
+/// taken. What it has opened is closed before it is called again. `hear` takes what there is to tell.
 ///
 /// # Errors
 /// No module answers, the link cannot be opened or fails, it has been asked to end, or `hear` fails.

@@ -92,8 +92,8 @@ impl<'a> Scanner<'a> {
         Ok(End::Complete)
     }
 
-    /// The version reply of a module that answers whatever the address. For all that it is asked it has as long as for the
-    /// first question.
+    /// The version reply of a module that answers whatever the address. For all that it is asked it has as long as for
+    /// the first question.
     fn alone(&mut self, stop: &dyn Stop) -> Result<Option<Received>, Failure> {
         self.module.set_timeout(self.search.first_timeout);
         let reply = self.find(UNUSED_ADDRESS, stop)?;

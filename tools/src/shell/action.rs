@@ -1,4 +1,4 @@
-//! What a line of the shell asks for.
+//! Actions that a line of the shell asks for.
 
 use tmcm::tmcl::Command;
 use tmcm_sim::suggest::suggestion;
@@ -9,7 +9,7 @@ use crate::product::Product;
 /// The words of the shell that are no commands of the module.
 pub const WORDS: [&str; 6] = ["watch", "jog", "help", "quit", "exit", "axis"];
 
-/// What a line asks for.
+/// An action that a line asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Nothing.
@@ -34,7 +34,7 @@ pub enum Action {
     },
     /// To move a motor by keys.
     Jog {
-        /// Which one.
+        /// The number of its axis.
         axis: u8,
         /// With this speed, if not with that of positioning.
         speed: Option<i32>,

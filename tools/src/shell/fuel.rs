@@ -1,8 +1,8 @@
 //! How far a jog may go on: a held key is fuel for a short time, and nothing else keeps the motor moving.
 //!
-//! Each key that arrives gives the motor a target that is a certain time of travel ([`fuel`]), and the way to a stop, ahead
-//! of where it is. Without another key it comes to rest there by itself, whatever has become of the key, the terminal, this
-//! program and the cable.
+//! Each key that arrives gives the motor a target that is a certain time of travel ([`fuel`]), and the way to a stop,
+//! ahead of where it is. Without another key it comes to rest there by itself, whatever has become of the key, the
+//! terminal, this program and the cable.
 
 use std::time::Duration;
 
@@ -12,23 +12,24 @@ use crate::calc::{Live, Settings};
 use crate::conversation::{Conversation, Error};
 use crate::product::{axis_number, speed_unit, symbol};
 
-/// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second;
-/// over a slow connection the gaps are longer.
+/// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a
+/// second; over a slow connection the gaps are longer.
 const FUEL: Duration = Duration::from_millis(140);
 /// Longest time from the speed of a jog to a stop.
 pub(super) const BRAKING: Duration = Duration::from_millis(90);
 /// Longest time from the release of a key to a stop.
 const RELEASE: Duration = Duration::from_millis(300);
-/// Longest round trip of a request and its reply with which [`fuel`] is as long as it has to be: 6 of them are no more than
-/// `RELEASE` without `BRAKING` and 2.5 of them.
+/// Longest round trip of a request and its reply with which [`fuel`] is as long as it has to be. Six of them are no
+/// more than `RELEASE` without `BRAKING` and 2.5 of them.
 pub(super) const LONGEST_ROUND: Duration = Duration::from_micros((300_000 - 90_000) * 2 / 17);
 
 /// How long the motor goes on after a key that was read, over a link whose round trip takes so long.
 ///
-/// A key takes three round trips: the speed, the position, which is read half a round trip before its reply is here, and
-/// the target, which the module has half a round trip before the reply. The key may have waited for those of the key
-/// before it. So the motor slows down half a round trip before this time is over, and the next target comes 5.5 round
-/// trips after the key: with 6 it does not stutter. It stands 3 - 0.5 round trips and `BRAKING` after this time.
+/// A key takes three round trips: for the speed, for the position, and for the target. The position is read half a
+/// round trip before its reply is here, and the module has the target half a round trip before the reply. The key may
+/// have waited for those of the key before it. So the motor slows down half a round trip before this time is over, and
+/// the next target comes 5.5 round trips after the key. With 6 the motor does not stutter. The motor stands 3 - 0.5
+/// round trips and `BRAKING` after this time.
 pub(super) fn fuel(round: Duration) -> Duration {
     let most = (RELEASE - BRAKING).saturating_sub(round * 5 / 2);
     FUEL.max(round * 6).min(most)
@@ -44,8 +45,8 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// How far a motor goes that has `speed` now, wants `wanted`, and begins to stop after `time` in seconds; both speeds
-    /// in microsteps per second, negative to the left. A motor that goes the other way stops first.
+    /// How far a motor goes that has `speed` now, wants `wanted`, and begins to stop after `time` in seconds; both
+    /// speeds in microsteps per second, negative to the left. A motor that goes the other way stops first.
     fn way(self, speed: f64, wanted: f64, time: f64) -> f64 {
         let direction = wanted.signum();
         let (mut speed, wanted) = (speed * direction, wanted.abs());
@@ -67,7 +68,7 @@ impl Ramp {
 /// An axis as a jog moves it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axle {
-    /// Its number.
+    /// The number of the axis.
     pub(super) axis: u8,
     /// The speed of the jog, in the module's unit.
     pub(super) speed: i32,
@@ -77,7 +78,7 @@ pub(super) struct Axle {
     pub(super) before: i32,
     /// The unit of speeds, in words.
     pub(super) unit: &'static str,
-    /// What one of that unit is in microsteps per second.
+    /// The size of one of that unit in microsteps per second.
     factor: f64,
     ramp: Ramp,
 }
@@ -176,7 +177,8 @@ mod tests {
         assert_eq!(way(2000.0, 1000.0, 0.14), 190.0);
     }
 
-    /// From -1000 it stops in 0.05 s, 25 microsteps to the left; 0.09 s are left: to 900, 40.5, and 900^2 / 40000 = 20.25.
+    /// From -1000 it stops in 0.05 s, 25 microsteps to the left; 0.09 s are left: to 900, 40.5, and 900^2 / 40000 =
+    /// 20.25.
     #[test]
     fn the_other_direction_begins_with_a_stop() {
         assert_eq!((RAMP.way(-1000.0, 1000.0, 0.14) * 1000.0).round() / 1000.0, 35.75);
@@ -201,7 +203,7 @@ mod tests {
         assert_eq!(axle.target(i32::MAX, 125, true, FUEL), i32::MAX);
     }
 
-    /// Up to 23 ms it is 140 ms; at 24 ms 6 * 24; at 40 ms no more than 300 - 90 - 2.5 * 40 keeps the stop in time.
+    /// Up to 23 ms it is 140 ms; at 24 ms 6 * 24. At 40 ms no more than 300 - 90 - 2.5 * 40 keeps the stop in time.
     #[test]
     fn the_fuel_counts_the_round_trip() {
         let of = |millis| fuel(Duration::from_millis(millis)).as_millis();

@@ -16,7 +16,7 @@ const MOST_LATE: u32 = 5;
 /// Analog input that tells the supply voltage in tenths of volts, and the bank of the analog inputs.
 const SUPPLY: (u8, u8) = (8, 1);
 
-/// What a key asks for.
+/// The meaning of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
     /// To the left.
@@ -29,7 +29,7 @@ pub enum Key {
     Other,
 }
 
-/// What a key has led to.
+/// The outcome of a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The motor is told where to go; where it was when it was told.
@@ -46,13 +46,13 @@ pub struct Jog<'a> {
     axle: Axle,
     /// How many keys one after the other were too late.
     late: u32,
-    /// What a round trip has taken with the last key.
+    /// The time that a round trip has taken with the last key.
     round: Duration,
 }
 
 impl<'a> Jog<'a> {
-    /// A jog of an axis, if it may be moved so: else what is wrong. Without a speed it is that of positioning. Nothing moves and
-    /// nothing changes yet.
+    /// A jog of an axis, if it may be moved so: else what is wrong. Without a speed it is that of positioning. Nothing
+    /// moves and nothing changes yet.
     ///
     /// # Errors
     /// The module does not answer.
@@ -78,8 +78,8 @@ impl<'a> Jog<'a> {
         State::JogReady { axis, speed, wanted: (speed < wanted).then_some(wanted), unit }
     }
 
-    /// Stops a motor that somebody else has set in motion, which moves while a key is held, and only then; and gives the axis
-    /// the speed of the jog for positioning.
+    /// Stops a motor that somebody else has set in motion, because the motor moves while a key is held, and only then.
+    /// Gives the axis the speed of the jog for positioning.
     ///
     /// # Errors
     /// The module does not answer, or refuses that.
@@ -127,8 +127,8 @@ impl<'a> Jog<'a> {
         Ok(step)
     }
 
-    /// Ends the jog: the motor is stopped before anything else is done, or comes to rest by itself if the module is out of
-    /// reach, and the axis gets its speed back. What could not be put back is the second part.
+    /// Ends the jog. The motor is stopped before anything else is done, or comes to rest by itself if the module is out
+    /// of reach, and the axis gets its speed back. What could not be put back is the second part.
     pub fn end(mut self, ended: Result<JogEnd, Error>) -> (State, Option<Owed>) {
         let stopped = self.stop();
         let Axle { axis, speed, before, .. } = self.axle;
@@ -179,7 +179,7 @@ impl<'a> Jog<'a> {
         Owed { axis: self.axle.axis, speed }.pay(self.module)
     }
 
-    /// What an error says about the module.
+    /// Tells what an error says about the module.
     fn failed(&mut self, error: &Error) -> JogEnd {
         let (number, bank) = SUPPLY;
         let locked = error.is(Status::NotAvailable);

@@ -11,7 +11,7 @@ use crate::product::axis_number;
 pub struct Owed {
     /// Of which axis.
     pub axis: u8,
-    /// What it has to be.
+    /// The speed that the axis has to get back.
     pub speed: i32,
 }
 

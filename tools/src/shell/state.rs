@@ -1,4 +1,4 @@
-//! What the shell has to tell, as values. Its text is made in [`super::text`].
+//! Facts that the shell has to tell, as values. Their text is made in [`super::text`].
 
 use serde::Serialize;
 
@@ -8,10 +8,10 @@ use serde::Serialize;
 pub enum State {
     /// A module has answered for the first time.
     Connected {
-        /// What it is.
+        /// The product that the module is.
         module: String,
     },
-    /// What can be typed.
+    /// The help: what can be typed.
     Help,
     /// A command has been answered.
     Answered {
@@ -54,7 +54,7 @@ pub enum State {
         axis: u8,
         /// Why.
         end: JogEnd,
-        /// What the user has to know about the speed of positioning, if it could not be put back.
+        /// The speed of positioning that the user has to know about, if it could not be put back.
         #[serde(skip_serializing_if = "Option::is_none")]
         left: Option<Left>,
     },
@@ -77,7 +77,7 @@ pub enum State {
 pub struct Watched {
     /// The parameter as the user has named it.
     pub name: String,
-    /// Its value in its unit.
+    /// The value of the parameter in its unit.
     pub value: i32,
 }
 
@@ -91,14 +91,14 @@ pub enum JogEnd {
     Signal,
     /// The replies of the module take so long that the motor would stutter, or not stop in time.
     Slow {
-        /// What one of them takes, in milliseconds.
+        /// The time that one of them takes, in milliseconds.
         round_ms: u64,
-        /// What it may take at most.
+        /// The time that it may take at most, in milliseconds.
         most_ms: u64,
     },
     /// The module has not done what it was told.
     Failed {
-        /// What it said, or that it said nothing.
+        /// The answer of the module in words, or that it said nothing.
         error: String,
         /// The supply voltage in tenths of volts, where the motors are locked.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -106,12 +106,12 @@ pub enum JogEnd {
     },
 }
 
-/// What a jog could not put back: the speed of positioning.
+/// The speed of positioning that a jog could not put back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Left {
-    /// What it is.
+    /// The present speed.
     pub now: i32,
-    /// What it was.
+    /// The speed before the jog.
     pub before: i32,
 }
 
@@ -119,7 +119,7 @@ pub struct Left {
 mod tests {
     use super::*;
 
-    /// What shows the states elsewhere than on a terminal takes them as JSON.
+    /// Programs that show the states elsewhere than on a terminal take them as JSON.
     #[test]
     fn states_are_objects_that_tell_what_they_are() {
         let json = |state: &State| serde_json::to_string(state).unwrap();

@@ -3,7 +3,7 @@
 use super::state::{JogEnd, Left, State};
 use crate::product::with_unit;
 
-/// What can be typed.
+/// The help: what can be typed.
 const HELP: &str = "\
 GAP 1, 0             a command, as in a program; names and
                      expressions as well: SAP APMaxCurrent, 0, 2*50

@@ -18,8 +18,8 @@ const FULL_SCALE: i32 = 31;
 /// A current that is less than this, in 1/255, is the driver's least: it has 32 steps.
 const STEP: i32 = 8;
 
-/// What there is to say of an axis. `values` are those of [`requests`](super::requests), in their order; `None` for one that was
-/// not answered, of which nothing is said.
+/// Tells what there is to say of an axis. `values` are those of [`requests`](super::requests), in their order; `None`
+/// for one that was not answered, of which nothing is said.
 pub fn words(product: Option<Product>, axis: u8, values: &[Option<i32>]) -> Vec<Line> {
     let read = all(product, axis).zip(values).filter_map(|((quantity, _), value)| Some((quantity, (*value)?)));
     let readings = Readings { product, read: read.collect() };
@@ -42,7 +42,7 @@ fn steps(position: i32) -> String {
     with_unit(position, Unit::Microsteps.symbol())
 }
 
-/// What was read of an axis.
+/// The values that were read of an axis.
 struct Readings {
     product: Option<Product>,
     read: Vec<(Quantity, i32)>,
@@ -133,7 +133,7 @@ impl Readings {
         lines
     }
 
-    /// What a limit switch says that is closed.
+    /// Tells what a limit switch says that is closed.
     fn stop(&self, side: Side) -> Option<Line> {
         let (name, switch, disable) = match side {
             Side::Left => ("left", P::LeftSwitch, P::LeftSwitchDisable),

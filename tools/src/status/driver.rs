@@ -5,11 +5,11 @@ use super::line::{Line, Severity};
 /// An error flag of a driver.
 #[derive(Clone, Copy, Debug)]
 struct Flag {
-    /// Its short name.
+    /// The short name of the flag.
     name: &'static str,
     /// How much it matters while the motor turns, and while it stands.
     severity: [Severity; 2],
-    /// What it says, and what ends it, while the motor turns, and while it stands.
+    /// The meaning of the flag, and what ends it, while the motor turns, and while it stands.
     words: [&'static str; 2],
 }
 
@@ -22,13 +22,13 @@ impl Flag {
 
 /// The flag that is no error: the motor stands.
 pub(crate) const STANDSTILL: i32 = 1 << 7;
-/// What ends a shut-down of the driver that is over: the firmware has the flag until then.
+/// The words for a shut-down of the driver, with what ends one that is over: the firmware has the flag until then.
 macro_rules! shut_down {
     ($cause:literal) => {
         concat!($cause, ", and the driver has switched the motor off; the next motion command tries again")
     };
 }
-/// What an open load says. It only informs: the driver does nothing about it.
+/// The words for an open load, which only informs: the driver does nothing about it.
 macro_rules! open_load {
     ($coil:literal) => {
         [
@@ -37,8 +37,8 @@ macro_rules! open_load {
         ]
     };
 }
-/// What is not to be relied on while the motor stands. The driver looks for current in a coil, of which a motor at rest, or a
-/// fast one, may have none.
+/// The severity of flags that are not to be relied on while the motor stands. The driver looks for current in a coil,
+/// of which a motor at rest, or a fast one, may have none.
 const OPEN: [Severity; 2] = [Severity::Warning, Severity::Note];
 
 /// The flags, from bit 0 on. Only the TMCM-3212 has the last two.
@@ -77,7 +77,7 @@ pub(crate) const DRIVER_FLAGS: [&str; FLAGS.len()] = {
     names
 };
 
-/// What the flags say of a motor that turns, or stands.
+/// Tells what the flags say of a motor that turns, or stands.
 pub(super) fn lines(flags: i32, stands: bool) -> Vec<Line> {
     let set = (0..).zip(&FLAGS).filter(|(bit, _)| flags & (1 << bit) != 0);
     let mut lines: Vec<Line> = set

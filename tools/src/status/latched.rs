@@ -1,4 +1,5 @@
-//! What has stopped a motor (axis parameter 207, the extended error flags), in words. To read it is to clear it.
+//! Causes that have stopped a motor (axis parameter 207, the extended error flags), in words. To read the parameter is
+//! to clear it.
 
 use tmcm::param::AxisParameter;
 
@@ -11,7 +12,7 @@ const FLAGS: [(&str, &str); 2] = [
     ("stall", "a stall has stopped the motor (stop on stall, parameter 181)"),
     ("deviation", "the motor was stopped because an encoder deviated too far from its position"),
 ];
-/// What ends the flags.
+/// The words for what ends the flags.
 const CLEARED: &str = "this reading has cleared it, as the next motion command would have done";
 
 /// The short names of the flags, from bit 0 on.
@@ -22,7 +23,7 @@ pub fn latches(product: Option<Product>) -> bool {
     axis_number(product, AxisParameter::ExtendedErrorFlags).is_some()
 }
 
-/// What the flags say that have just been read.
+/// Tells what the flags say that have just been read.
 pub fn latched(flags: i32) -> Vec<Line> {
     let set = (0..).zip(FLAGS).filter(|(bit, _)| flags & (1 << bit) != 0);
     let mut lines: Vec<Line> = set.map(|(_, (_, words))| Line::error(format!("{words}; {CLEARED}"))).collect();

@@ -22,7 +22,7 @@ pub enum Severity {
 pub struct Line {
     /// How much it matters.
     pub severity: Severity,
-    /// What there is to say.
+    /// The words that there are to say.
     pub words: String,
 }
 

@@ -1,4 +1,4 @@
-//! What there is to be read about a module's inputs, outputs and axes, and what the readings mean, in words.
+//! Readings of a module's inputs, outputs and axes, and what the readings mean, in words.
 //!
 //! Nothing here sends anything but [`read_latched`]: whoever shows a status samples the commands of [`ports`] and
 //! [`requests`], and has their values told.

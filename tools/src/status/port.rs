@@ -14,7 +14,7 @@ const PULL_UPS: u8 = 0;
 /// The switches of an axis.
 const SWITCHES: [AxisParameter; 3] = [AxisParameter::LeftSwitch, AxisParameter::RightSwitch, AxisParameter::HomeSwitch];
 
-/// Which of a module's inputs and outputs something is.
+/// The kind of a module's inputs and outputs that something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -44,11 +44,11 @@ pub struct Switch {
 /// An input or an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Port {
-    /// Its name in the manual.
+    /// The name of the port in the manual.
     pub name: String,
-    /// Which it is.
+    /// The kind of the port.
     pub kind: Kind,
-    /// What its value means.
+    /// The meaning of its value.
     pub scale: Scale,
     /// How it is read; `None` if it cannot be.
     pub read: Option<Command>,
@@ -58,9 +58,9 @@ pub struct Port {
 
 /// The names of a product's lines in its manual.
 struct Names {
-    /// Those of the digital inputs; the analog ones among them have the same.
+    /// The names of the digital inputs; the analog ones among them have the same.
     inputs: &'static [&'static str],
-    /// Those of the outputs.
+    /// The names of the outputs.
     outputs: &'static [&'static str],
 }
 

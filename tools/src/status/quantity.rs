@@ -1,4 +1,4 @@
-//! What is read of an axis, so that there is something to say of it.
+//! Quantities that are read of an axis, so that there is something to say of it.
 
 use tmcm::module::ports::Signal;
 use tmcm::param::AxisParameter as P;
@@ -9,10 +9,10 @@ use crate::product::{Product, numbers};
 /// Type of RFS that asks for the state of a reference search.
 const STATUS: u8 = 2;
 
-/// What is read of an axis.
+/// A quantity that is read of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
-    /// One of its parameters.
+    /// A parameter of the axis.
     Parameter(P),
     /// The state of its reference search.
     Search,
@@ -20,8 +20,8 @@ pub(super) enum Quantity {
     Supply,
 }
 
-/// All that is read of an axis, where the product has it. The extended error flags are not among it: to read them is to clear
-/// them.
+/// All that is read of an axis, where the product has it. The extended error flags are not among it: to read them is to
+/// clear them.
 const ALL: [Quantity; 24] = [
     Quantity::Parameter(P::TargetPosition),
     Quantity::Parameter(P::ActualPosition),
@@ -49,13 +49,13 @@ const ALL: [Quantity; 24] = [
     Quantity::Parameter(P::UnitMode),
 ];
 
-/// The commands that read what there is to say of an axis, in a fixed order. Of an unknown product that is what all known ones
-/// have under the same number.
+/// The commands that read what there is to say of an axis, in a fixed order. Of an unknown product that is what all
+/// known ones have under the same number.
 pub fn requests(product: Option<Product>, axis: u8) -> Vec<Command> {
     all(product, axis).map(|(_, command)| command).collect()
 }
 
-/// What is read of an axis, each with its command.
+/// The quantities that are read of an axis, each with its command.
 pub(super) fn all(product: Option<Product>, axis: u8) -> impl Iterator<Item = (Quantity, Command)> {
     ALL.into_iter().filter_map(move |quantity| Some((quantity, command(product, axis, quantity)?)))
 }

@@ -1,6 +1,6 @@
-//! What the value of an input or output means.
+//! The meaning of the value of an input or output.
 
-/// What the value of an input or output means.
+/// The meaning of the value of an input or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// The level of a line.

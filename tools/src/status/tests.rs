@@ -39,7 +39,7 @@ impl Bench {
         self.module.pause(Duration::from_millis(milliseconds), &Never);
     }
 
-    /// What there is to say of an axis: all of it has to be readable.
+    /// The lines that there are to say of an axis: all of it has to be readable.
     fn lines(&mut self, axis: u8) -> Vec<Line> {
         let product = Some(self.product);
         let values: Vec<_> =

@@ -30,7 +30,7 @@ pub(super) struct Bench<'a> {
     reopen: &'a mut dyn FnMut() -> Option<Conversation>,
     /// Whether to end.
     stop: &'a dyn Stop,
-    /// What the module is.
+    /// The product that the module is.
     pub(super) product: Product,
     /// The number of the axis.
     pub(super) axis: u8,

@@ -1,4 +1,4 @@
-//! What loads the motor, and what does so in a virtual world.
+//! The brake that loads the motor, and the one that does so in a virtual world.
 
 use hal_sim::control::{Control, State};
 use hal_sim::world::motor::{FULL_TORQUE, Motor};
@@ -11,8 +11,8 @@ const PART: f64 = 0.9;
 /// The part of the torque at its current that a virtual motor is loaded with if its friction is not known.
 const CAREFUL: f64 = 0.75;
 
-/// What loads the motor. Whoever waits in it for something goes on to [look](Drive::look) at the motor, which turns round at
-/// the ends of its track only so.
+/// A brake, which loads the motor. Whoever waits in it for something goes on to [look](Drive::look) at the motor, which
+/// turns round at the ends of its track only so.
 pub trait Brake {
     /// Loads the motor, which turns at constant speed with its whole current. Returns what it is loaded with, in words.
     ///

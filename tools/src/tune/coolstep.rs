@@ -1,5 +1,5 @@
-//! coolStep: the current that it sets (parameter 180) over its settings (168 to 172), without and with load, and the
-//! settings with which the current falls without load and is whole under load.
+//! coolStep: the current that it sets (parameter 180) over its settings (168 to 172), without and with load. The result
+//! is the settings with which the current falls without load and is whole under load.
 
 use std::time::Duration;
 
@@ -52,7 +52,7 @@ pub(super) struct Row {
     pub(super) loaded: Option<Reading>,
 }
 
-/// What was measured at a speed.
+/// The values that were measured at a speed.
 #[derive(Clone, Debug)]
 pub(super) struct AtSpeed {
     /// The speed.
@@ -145,21 +145,21 @@ pub(super) fn measure(
     Ok((speeds_tried, choice))
 }
 
-/// Whether coolStep gives a loaded motor more current all the time: above the lower threshold it would not give one that can
-/// hardly turn more, but less.
+/// Whether coolStep gives a loaded motor more current all the time: above the lower threshold it would not give one
+/// that can hardly turn more, but less.
 fn gives_more(load: &Stats, start: i32) -> bool {
     load.high < start * THRESHOLD
 }
 
-/// Switches coolStep on with a lower threshold, from the whole current on: what it is before a threshold is reached depends
-/// on what it was.
+/// Switches coolStep on with a lower threshold, from the whole current on: what it is before a threshold is reached
+/// depends on what it was.
 fn afresh(measurement: &mut Measurement<'_, '_>, start: i32) -> Result<(), Failure> {
     measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
     measurement.drive.bench.set(P::SmartEnergyHysteresisStart, start)
 }
 
-/// The middle of the values of 172 with which the current is whole under load and as low as can be without: it has most to
-/// spare on both sides.
+/// The middle of the values of 172 with which the current is whole under load and as low as can be without: it has most
+/// to spare on both sides.
 fn choose_start(speeds_tried: &[AtSpeed]) -> Result<i32, String> {
     let mut found: Vec<(i32, i32)> = Vec::new();
     for (index, start) in STARTS.enumerate() {
@@ -223,7 +223,7 @@ fn choose_minimum(speeds_tried: &[AtSpeed], start: i32) -> i32 {
     i32::from(less)
 }
 
-/// What is proposed. `current` is parameter 6.
+/// Proposes settings. `current` is parameter 6.
 pub(super) fn propose(
     speeds_tried: &[AtSpeed],
     choice: Choice,

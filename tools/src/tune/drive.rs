@@ -40,7 +40,8 @@ impl<'b, 'a> Drive<'b, 'a> {
         self.bench.axis.into()
     }
 
-    /// Looks at the motor once, and turns it round at the ends of its track. Returns its position if its speed is constant.
+    /// Looks at the motor once, and turns it round at the ends of its track. Returns its position if its speed is
+    /// constant.
     ///
     /// # Errors
     /// The module does not answer, it has been asked to end, or the motor does not get on.

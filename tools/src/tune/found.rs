@@ -1,4 +1,4 @@
-//! What was found: as a text with tables and proposals, and as curves.
+//! The results of a measurement: as a text with tables and proposals, and as curves.
 
 use std::fmt::{self, Write};
 
@@ -9,15 +9,15 @@ use super::stallguard::{self, Curve};
 use super::table;
 use crate::product::{Product, axis_number};
 
-/// What was measured.
+/// The values that were measured.
 pub(super) enum Measured {
     /// The load value over the threshold of stallGuard2.
     Stallguard(Vec<Curve>),
     /// The current over the settings of coolStep.
     Coolstep {
-        /// What was measured, for each speed.
+        /// The values that were measured, for each speed.
         speeds_tried: Vec<AtSpeed>,
-        /// What was chosen.
+        /// The settings that were chosen.
         choice: Choice,
         /// The threshold of stallGuard2 that the user has named.
         threshold: Option<i32>,
@@ -26,12 +26,12 @@ pub(super) enum Measured {
     },
 }
 
-/// What was found, and of what.
+/// The results of a measurement, and the axis that was measured.
 pub struct Found {
     pub(super) measured: Measured,
     pub(super) product: Product,
     pub(super) axis: u8,
-    /// What the motor was loaded with, in words.
+    /// The load of the motor, in words.
     pub(super) load: String,
     /// The unit of its speeds.
     pub(super) unit: &'static str,
@@ -52,8 +52,8 @@ impl Found {
         }
     }
 
-    /// The tables of what was measured, and behind them what is proposed, in lines of at most so many columns as far as words
-    /// allow it.
+    /// The tables of what was measured, and behind them what is proposed, in lines of at most so many columns as far as
+    /// words allow it.
     pub fn text(&self, columns: usize) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

@@ -14,14 +14,14 @@ pub(super) struct Measurement<'b, 'a> {
     pub(super) drive: Drive<'b, 'a>,
     /// The speeds at which it is measured.
     pub(super) cruises: Vec<Cruise>,
-    /// What loads it.
+    /// The brake that loads the motor.
     brake: &'b mut dyn Brake,
     progress: &'b mut dyn FnMut(Progress<'_>),
-    /// What is under way, and how many readings it takes.
+    /// The job that is under way, and how many readings it takes.
     what: String,
     total: usize,
     done: usize,
-    /// What the motor was loaded with, in words, and the full steps that it had lost before.
+    /// The load of the motor, in words, and the full steps that the motor had lost before.
     load: Option<(String, i64)>,
 }
 
@@ -53,7 +53,7 @@ impl<'b, 'a> Measurement<'b, 'a> {
         Ok(reading)
     }
 
-    /// What the motor was loaded with, in words.
+    /// The load of the motor, in words.
     pub(super) fn load(&self) -> &str {
         self.load.as_ref().map_or("", |(load, _)| load)
     }
@@ -89,7 +89,7 @@ fn bore(load: &str, before: i64, now: i64) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// What a motor has lost before the measurement does not count.
+    /// Full steps that a motor has lost before the measurement do not count.
     #[test]
     fn only_steps_that_are_lost_under_the_load_count() {
         assert_eq!((bore("load 0.50", 0, 0), bore("load 0.50", 12, 12)), (Ok(()), Ok(())));

@@ -1,7 +1,7 @@
 //! Measures what stallGuard2 and coolStep make of a motor, and proposes their settings.
 //!
-//! The motor goes to and fro at constant speed, without and with load, while one setting after the other is tried. In the end
-//! it is brought back to where it was, and all settings are as before.
+//! The motor goes to and fro at constant speed, without and with load, while one setting after the other is tried. In
+//! the end it is brought back to where it was, and all settings are as before.
 //!
 //! * `order` - what is to be measured
 //! * `bench` - the axis, and what is put back in the end

@@ -1,10 +1,10 @@
-//! What is to be measured, and how.
+//! Orders for measurements: what is to be measured, and how.
 
 use hal_sim::world::config::WorldConfig;
 
 use super::track::Room;
 
-/// What is measured.
+/// The feature of the driver that is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     /// The threshold of stallGuard2 (axis parameter 174), with which a stall can be told from a motor that turns.
@@ -17,7 +17,7 @@ pub enum What {
 }
 
 impl What {
-    /// Its name.
+    /// The name of the feature.
     pub fn name(self) -> &'static str {
         match self {
             What::Stallguard => "stallGuard2",
@@ -33,19 +33,19 @@ pub enum Way {
     Any,
     /// So many microsteps from where it is: to the right, or to the left if it is negative.
     Microsteps(i32),
-    /// That of a world around a virtual module.
+    /// The room of a world around a virtual module.
     World(Box<WorldConfig>),
 }
 
-/// What is to be measured, and how.
+/// An order for a measurement: what is to be measured, and how.
 #[derive(Clone, Debug)]
 pub struct Order {
-    /// What is measured.
+    /// The feature that is measured.
     pub what: What,
     /// The axis.
     pub axis: u8,
-    /// Speeds to measure at: numbers of the product, or with a unit, as in "60 rpm". Without any they are the half and the whole
-    /// of the maximum positioning speed (axis parameter 4).
+    /// Speeds to measure at: numbers of the product, or with a unit, as in "60 rpm". Without any they are the half and
+    /// the whole of the maximum positioning speed (axis parameter 4).
     pub speeds: Vec<String>,
     /// The room that the motor has.
     pub way: Way,

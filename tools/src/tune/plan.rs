@@ -1,4 +1,4 @@
-//! What is going to be done: the speeds, the track, and how long it takes.
+//! The plan of what is going to be done: the speeds, the track, and how long it takes.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ pub(super) struct Cruise {
 
 /// The axis as it is set up now.
 pub(super) struct Setup {
-    /// What its numbers mean.
+    /// The meaning of its numbers.
     pub(super) live: Live,
     /// Microsteps per full step.
     pub(super) microsteps: i32,
@@ -82,8 +82,8 @@ impl Setup {
         Cruise { speed, name, pulses, full_step }
     }
 
-    /// What a measurement at these speeds needs of a track, if a sample takes `latency`: the way of a whole reading, or at
-    /// least that of a few samples.
+    /// Finds what a measurement at these speeds needs of a track, if a sample takes `latency`: the way of a whole
+    /// reading, or at least that of a few samples.
     pub(super) fn need(&self, cruises: &[Cruise], method: Method, latency: Duration) -> Need {
         let speed = cruises.iter().map(|cruise| cruise.pulses).fold(0.0, f64::max);
         let way = |samples: u32| {
@@ -105,8 +105,8 @@ impl Setup {
     }
 }
 
-/// The smallest acceleration of a ramp, of those that are not 0: those of its main phase and, if there is a velocity up to
-/// which others count, these outer ones.
+/// The smallest acceleration of a ramp, of those that are not 0. The accelerations are those of its main phase and, if
+/// there is a velocity up to which others count, these outer ones.
 fn least_acceleration(main: [i32; 2], first_velocity: i32, outer: [i32; 2]) -> i32 {
     let outer = if first_velocity > 0 { outer } else { [0; 2] };
     main.into_iter().chain(outer).filter(|acceleration| *acceleration != 0).min().unwrap_or_default()
@@ -179,8 +179,8 @@ mod tests {
         }
     }
 
-    /// 8 full steps and 12 samples of 2 are 32 of 16 microsteps, and 800 pps make 96 more in 12 times 10 ms: 608, twice. 4
-    /// samples need 16 full steps, 256 microsteps, and 32.
+    /// 8 full steps and 12 samples of 2 are 32 of 16 microsteps, and 800 pps make 96 more in 12 times 10 ms: 608,
+    /// twice. 4 samples need 16 full steps, 256 microsteps, and 32.
     #[test]
     fn a_track_has_the_way_of_two_readings_and_of_a_second() {
         let setup = setup(Product::Tmcm3212, 16);
@@ -195,8 +195,8 @@ mod tests {
         assert_eq!(need(&[8000]), Need { speed: 8000.0, acceleration: 1600.0, constant: 8000.0, enough: 576.0 });
     }
 
-    /// A reading is 8 full steps of 20 ms and 12 samples of 40: 640 ms. On 1000 microsteps the motor is at 800 pps for 600 of
-    /// them, 0.75 s, and in its ramps for 1 s, so five readings take 3200 ms * 1.75 / 0.75.
+    /// A reading is 8 full steps of 20 ms and 12 samples of 40: 640 ms. On 1000 microsteps the motor is at 800 pps for
+    /// 600 of them, 0.75 s, and in its ramps for 1 s. So five readings take 3200 ms * 1.75 / 0.75.
     #[test]
     fn the_ramps_take_their_time() {
         let setup = setup(Product::Tmcm3212, 16);

@@ -31,7 +31,7 @@ struct Line {
 /// A diagram.
 struct Diagram {
     name: String,
-    /// What is on the axis from left to right.
+    /// The quantity on the axis from left to right.
     across: &'static str,
     most: f64,
     lines: [Line; 2],

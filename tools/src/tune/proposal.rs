@@ -1,4 +1,4 @@
-//! What is proposed: commands with a reason each.
+//! Proposals: commands with a reason each.
 
 use std::fmt;
 
@@ -88,8 +88,8 @@ mod tests {
         assert!(written(40).lines().all(|line| line.len() <= 40));
     }
 
-    /// A command of 15 characters stands beside its reason if 4 characters are left for what is between them, and 30 for
-    /// the reason. Otherwise the reason is below the command, and has all columns but seven.
+    /// A command of 15 characters stands beside its reason if 4 characters are left for what is between them, and 30
+    /// for the reason. Otherwise the reason is below the command, and has all columns but seven.
     #[test]
     fn a_narrow_terminal_has_reasons_below_their_commands() {
         let written = |reason: &str, columns| {

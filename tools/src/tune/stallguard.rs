@@ -24,10 +24,10 @@ const FROM_PERCENT: i32 = 80;
 /// Number of readings that are made about, of one speed: without load, and with it.
 pub(super) const READINGS: (u32, u32) = (35, 30);
 
-/// One measurement is a full step without the filter.
+/// The method: a measurement is a full step without the filter.
 pub(super) const METHOD: Method = Method { settle: FRESH, apart: 1 };
 
-/// What was measured with a threshold.
+/// The values that were measured with a threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Row {
     /// The value without load.
@@ -36,12 +36,12 @@ pub(super) struct Row {
     pub(super) loaded: Option<Stats>,
 }
 
-/// What was measured at a speed.
+/// The values that were measured at a speed.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     /// The speed.
     pub(super) cruise: Cruise,
-    /// What was measured, by threshold.
+    /// The values that were measured, by threshold.
     pub(super) rows: BTreeMap<i32, Row>,
 }
 
@@ -144,7 +144,7 @@ fn around(curve: &Curve) -> Vec<i32> {
     (low..=high).step_by(step.unsigned_abs() as usize).collect()
 }
 
-/// What is proposed, or why nothing can be.
+/// Proposes settings, or tells why nothing can be proposed.
 pub(super) fn propose(
     curves: &[Curve],
     axis: u8,
@@ -167,8 +167,8 @@ pub(super) fn propose(
         };
     }
     let Some((low, high, slowest)) = common else { return Err(why_not(curves)) };
-    // A blocked motor jumps to and fro and shows some value now and then, so the threshold is nearer to the lower end, where
-    // more of the load counts as a stall (TMC5160 datasheet, section 13.3).
+    // A blocked motor jumps to and fro and shows some value now and then. So the threshold is nearer to the lower end,
+    // where more of the load counts as a stall (TMC5160 datasheet, section 13.3).
     let threshold = low + (high - low + 2) / 3;
     let speed = slowest.cruise.speed;
     let from = i64::from(speed) * i64::from(FROM_PERCENT) / 100;
@@ -259,8 +259,8 @@ mod tests {
         assert_eq!(threshold(&[curve(800, -64, 63)]), Ok((-21, 640)));
     }
 
-    /// Speeds that share a threshold are served together; a slow one that needs its own is left out, and so is one at which
-    /// nothing can be told.
+    /// Speeds that share a threshold are served together; a slow one that needs its own is left out, and so is one at
+    /// which nothing can be told.
     #[test]
     fn several_speeds() {
         assert_eq!(threshold(&[curve(500, 9, 14), curve(1000, 7, 12)]), Ok((10, 400)));
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!(threshold(&[curve(500, 20, 10), curve(1000, 7, 12)]), Ok((9, 800)));
     }
 
-    /// One threshold in common is enough, and so is one at a speed alone.
+    /// A single threshold in common is enough, and so is a single one at a speed alone.
     #[test]
     fn speeds_share_what_they_have_in_common() {
         assert_eq!(threshold(&[curve(500, 12, 20), curve(1000, 7, 12)]), Ok((12, 400)));
@@ -304,7 +304,8 @@ mod tests {
         );
     }
 
-    /// Only what has been measured counts, without gaps: up to the lowest threshold from which on all values are above 0.
+    /// Only what has been measured counts, without gaps: up to the lowest threshold from which on all values are above
+    /// 0.
     #[test]
     fn edges_are_those_of_what_was_measured() {
         let mut found = curve(800, 7, 12);
@@ -330,8 +331,8 @@ mod tests {
         assert!(between(None, Some(1)).is_empty() && between(Some(1), None).is_empty());
     }
 
-    /// From one below the lower edge to one above the upper edge, whichever of them that is: 24 of them at most, or every
-    /// second, third and so on.
+    /// From one below the lower edge to one above the upper edge, whichever of them that is: 24 of them at most, or
+    /// every second, third and so on.
     #[test]
     fn thresholds_around_both_edges() {
         let range = |low: i32, high: i32, step| (low..=high).step_by(step).collect::<Vec<_>>();
@@ -344,7 +345,7 @@ mod tests {
         assert!(around(64, 5).is_empty() && around(5, -65).is_empty());
     }
 
-    /// What is told is of the fastest speed.
+    /// The reason that is told is of the fastest speed.
     #[test]
     fn where_nothing_can_be_told_it_is_said_why() {
         let why = |free_from, stalls_to| threshold(&[curve(800, free_from, stalls_to)]).unwrap_err();

@@ -1,6 +1,6 @@
 //! Samples of a value: how many, their mean and their spread.
 
-/// What several samples of a value have in common.
+/// The facts that several samples of a value have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stats {
     count: u32,
@@ -35,7 +35,7 @@ impl Stats {
     }
 }
 
-/// What was measured while the motor turned at a constant speed.
+/// The values that were measured while the motor turned at a constant speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Reading {
     /// The load value of stallGuard2 (parameter 206).

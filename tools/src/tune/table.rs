@@ -107,8 +107,8 @@ mod tests {
         out.lines().map(String::from).collect()
     }
 
-    /// Numbers take 37 columns and two are free, so with 60 columns 21 are left for a bar, of which a load value of 512 takes
-    /// 512 * 21 / 1023 = 10.5, and 341 takes 7. A bar has 40 columns at most.
+    /// Numbers take 37 columns and two are free, so with 60 columns 21 are left for a bar. Of these a load value of 512
+    /// takes 512 * 21 / 1023 = 10.5, and 341 takes 7. A bar has 40 columns at most.
     #[test]
     fn bars_have_the_columns_that_are_left() {
         let row = |free, loaded| Row { free, loaded };

@@ -9,7 +9,7 @@ const MARGIN: f64 = 4.0;
 /// Units of position of a world in a full step.
 const WORLD_STEP: f64 = 256.0;
 
-/// What a measurement needs of a track, in microsteps and seconds.
+/// The needs of a measurement for its track, in microsteps and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Need {
     /// The highest speed, in microsteps per second.
@@ -77,7 +77,8 @@ impl Room {
         }
     }
 
-    /// The room that a fresh motor has in a world: up to hard ends and stop switches. A full step has so many microsteps.
+    /// The room that a fresh motor has in a world: up to hard ends and stop switches. A full step has so many
+    /// microsteps.
     pub(super) fn of_world(world: &WorldConfig, axis: usize, microsteps: f64) -> Self {
         let axis = world.axis(axis);
         let (stage, start) = (&axis.stage, axis.motor.start);
@@ -148,8 +149,9 @@ mod tests {
         assert_eq!([1999, 2000, 2001].map(|high| track(high).is_enough(&NEED)), [false, true, true]);
     }
 
-    /// What is below one microstep per second, or per second squared, is taken for that: half a microstep per second has
-    /// ramps of a quarter of a microstep and of half a second each, and one microstep beside them takes a second.
+    /// A speed below one microstep per second, or an acceleration below one microstep per second squared, is taken for
+    /// that. Half a microstep per second has ramps of a quarter of a microstep and of half a second each. One microstep
+    /// beside them takes a second.
     #[test]
     fn the_slowest_motor() {
         let need = Need { speed: 0.5, acceleration: 0.0, constant: 1.0, enough: 1.0 };

@@ -35,12 +35,12 @@ pub struct Tuning<'a> {
 }
 
 impl<'a> Tuning<'a> {
-    /// Prepares a measurement of an axis of `module`, which is a `product`. `reopen` opens its link anew when that is gone, if it
-    /// can; `stop` says whether to end, at which the motor is stopped and the settings are put back.
+    /// Prepares a measurement of an axis of `module`, which is a `product`. `reopen` opens its link anew when that is
+    /// gone, if it can; `stop` says whether to end, at which the motor is stopped and the settings are put back.
     ///
     /// # Errors
-    /// The module does not answer, its motor turns or may be moved by a program, or it has not the room or the speeds for
-    /// this.
+    /// The module does not answer, its motor turns or may be moved by a program, or it has not the room or the speeds
+    /// for this.
     pub fn prepare(
         module: Conversation,
         product: Product,
@@ -67,7 +67,7 @@ impl<'a> Tuning<'a> {
         Ok(Tuning { bench, order, setup, cruises, current, latency, track })
     }
 
-    /// What is going to happen, in a sentence: how far the motor goes, and for how long.
+    /// The announcement of what is going to happen, in a sentence: how far the motor goes, and for how long.
     pub fn announcement(&self) -> String {
         let Tuning { order, setup, track, latency, .. } = self;
         let method = method(order.what, self.current);
@@ -86,8 +86,8 @@ impl<'a> Tuning<'a> {
     /// Measures, with what loads the motor when that is wanted, and brings all back to how it was.
     ///
     /// # Errors
-    /// The measurement fails, or it has been asked to end: the motor is stopped and the settings are put back, and what cannot
-    /// be is told.
+    /// The measurement fails, or it has been asked to end: the motor is stopped and the settings are put back, and what
+    /// cannot be is told.
     pub fn measure(self, brake: &mut dyn Brake, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Found, Failure> {
         let Tuning { mut bench, order, setup, cruises, current, track, .. } = self;
         let total = readings(order.what) as usize * cruises.len();
@@ -105,7 +105,8 @@ impl<'a> Tuning<'a> {
         let measured = match measured {
             Ok(measured) => bench.bring_back(track.home).map(|()| measured),
             Err(failure @ Failure::Failed(_)) if bench.answers() => {
-                // Why the measurement has failed counts, and not why the motor does not come back: where it stands is told.
+                // Why the measurement has failed counts, and not why the motor does not come back: where it stands is
+                // told.
                 let _ = bench.bring_back(track.home);
                 Err(failure)
             }

@@ -1,11 +1,12 @@
-//! What is seen of the motor look by look: whether its speed is constant, where it turns round, and when it may be sampled.
+//! Observations of the motor look by look: whether its speed is constant, where it turns round, and when it may be
+//! sampled.
 
 use std::time::Duration;
 
 use super::track::Track;
 
-/// Full steps at constant speed after which a measurement has been made wholly with the settings of now: two measurements
-/// with the filter, of which one has begun and ended.
+/// Full steps at constant speed after which a measurement has been made wholly with the settings of now: two
+/// measurements with the filter, of which one has begun and ended.
 pub(super) const FRESH: i32 = 8;
 /// Number of times the motor may go along its track without a sample.
 const PATIENCE: u32 = 20;
@@ -24,16 +25,16 @@ pub(super) struct Method {
     pub(super) apart: i32,
 }
 
-/// What a look has shown.
+/// The result of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Seen {
     /// The motor turns at the speed that it is to have.
     Constant,
-    /// Its speed changes.
+    /// The speed of the motor changes.
     Changing,
-    /// It stands and has nowhere to go: it is to be sent to this position.
+    /// The motor stands and has nowhere to go: it is to be sent to this position.
     Idle(i32),
-    /// It does not get on to this position.
+    /// The motor does not get on to this position.
     HeldUp(i32),
 }
 
@@ -46,7 +47,7 @@ enum Mark {
     Sample(i32),
 }
 
-/// What was seen of the motor on its track.
+/// The observations of the motor on its track.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     track: Track,
@@ -82,7 +83,7 @@ impl Watch {
         self.idle = 0;
     }
 
-    /// What a speed and a position mean that the motor was seen with.
+    /// Tells what a speed and a position mean with which the motor was seen.
     pub(super) fn see(&mut self, speed: i32, position: i32) -> Seen {
         if self.is_constant(speed) {
             self.stood = 0;
@@ -108,8 +109,8 @@ impl Watch {
         }
     }
 
-    /// How long the motor, which was seen at constant speed at this position, takes until it may be sampled; `None` if it
-    /// may be now.
+    /// How long the motor, which was seen at constant speed at this position, takes until it may be sampled; `None` if
+    /// it may be now.
     pub(super) fn wait(&self, position: i32, method: Method) -> Option<Duration> {
         let (from, full_steps) = match self.mark {
             Some(Mark::Sample(from)) => (from, method.apart),
@@ -238,7 +239,8 @@ mod tests {
         assert_eq!(watch.wait(0, Method { settle: 24, apart: 1 }), Some(Duration::from_millis(48)));
     }
 
-    /// Twenty ways without a sample are borne, one more is not; a sample, and a reading that begins, start the count anew.
+    /// Twenty ways without a sample are borne, one more is not; a sample, and a reading that begins, start the count
+    /// anew.
     #[test]
     fn ways_without_a_sample_are_futile_in_the_end() {
         let mut watch = watch(1000);

@@ -16,8 +16,8 @@ use crate::stop::Stop;
 pub use tap::{Nobody, Tap};
 pub use virtual_module::VirtualWire;
 
-/// An open link to one module or several: a device of an operating system, a port of a browser, or a virtual module. All calls
-/// block.
+/// An open link to one module or several: a device of an operating system, a port of a browser, or a virtual module.
+/// All calls block.
 pub trait Wire {
     /// Sends a command to a module and waits for the reply. Bytes that came before the request are thrown away.
     ///

@@ -1,4 +1,4 @@
-//! What goes over a link, for those who listen.
+//! Listeners to what goes over a link.
 
 use std::error::Error;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use tmcm::can::Frame;
 
 /// Hears what goes over a link.
 pub trait Tap {
-    /// What follows happens at this time, on a wire that has a clock of its own; on others it happens now.
+    /// Tells that what follows happens at this time, on a wire that has a clock of its own; on others it happens now.
     fn at(&mut self, _time: Duration) {}
 
     /// Bytes go out.
@@ -25,7 +25,7 @@ pub trait Tap {
     /// No reply has come in time, or not all of it.
     fn give_up(&mut self) {}
 
-    /// What has gone wrong with listening since the last call, and ends the exchange.
+    /// Reports what has gone wrong with listening since the last call, and ends the exchange.
     ///
     /// # Errors
     /// Anything that the listener wants its program to know.

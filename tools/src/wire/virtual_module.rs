@@ -14,7 +14,8 @@ use crate::stop::Stop;
 /// Longest wait for a reply, unless another one is set.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A virtual module as the only one at a USB cable. Its time passes during exchanges and pauses, as fast as the computer can.
+/// A virtual module as the only one at a USB cable. Its time passes during exchanges and pauses, as fast as the
+/// computer can.
 pub struct VirtualWire {
     module: NativeModule,
     framing: Serial,

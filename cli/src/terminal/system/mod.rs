@@ -1,4 +1,4 @@
-//! What terminals have each in their own way: their settings, and single keys.
+//! Parts of terminals that each operating system has in its own way: their settings, and single keys.
 
 #[cfg(unix)]
 mod unix;

@@ -52,8 +52,8 @@ fn homing_axes() {
         assert!((state.axes[2].rotor - ZEROS[2]).abs() <= 256 && !turning(&state)[2], "{state:?}");
         example.bench.run(100 * MILLISECOND);
         assert_eq!(turning(&example.state()), [true, true, false]);
-        // X goes to its left end, Y to its home switch in the middle. Switches have a hysteresis, so a zero may be a little
-        // beside the place where one closes.
+        // X goes to its left end, Y to its home switch in the middle. Switches have a hysteresis, so a zero may be a
+        // little beside the place where one closes.
         let state = example.sees(|state| state.outputs[0]);
         for (rotor, zero) in rotors(&state).into_iter().zip(ZEROS) {
             assert!((rotor - zero).abs() <= 256, "{state:?}");
@@ -81,7 +81,7 @@ fn off_the_line(point: [i64; 3], from: [i64; 3], to: [i64; 3]) -> f64 {
     dot(off, off).sqrt()
 }
 
-/// What was seen of a way from corner to corner.
+/// The course of a way from corner to corner.
 struct Travel {
     /// The largest distance from the straight line, in parts of the longest way of an axis.
     off: f64,

@@ -1,13 +1,13 @@
-//! The example for a ramp generator with six points. Times and ways are those of v = v0 + at and s = (v0 + v) t / 2 with the
-//! numbers of the program.
+//! The example for a ramp generator with six points. Times and ways are those of v = v0 + at and s = (v0 + v) t / 2
+//! with the numbers of the program.
 
 use super::{Example, close};
 use hal_sim::clock::SECOND;
 use tmcm_sim::Product;
 
 const FAR: i32 = 204_800;
-/// From 2000 to 32 000 pps at 60 000 pps2, and from there to 104 000 pps at 240 000 pps2: 0.5 s and 0.3 s for 8500 and
-/// 20 400 microsteps, at both ends.
+/// The ramp goes from 2000 to 32 000 pps at 60 000 pps2, and from there to 104 000 pps at 240 000 pps2. This takes 0.5
+/// s and 0.3 s for 8500 and 20 400 microsteps, at both ends.
 const RAMP_SECONDS: f64 = 0.8;
 const RAMP: f64 = 28_900.0;
 /// The rest of the way at 104 000 pps.

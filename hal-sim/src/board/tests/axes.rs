@@ -366,8 +366,8 @@ fn the_size_of_the_time_steps_does_not_matter_with_six_axes() {
     assert!([0, 2, 4].iter().any(|&axis| noise(axis) != noise(axis + 1)), "each driver has a noise of its own");
 }
 
-/// Speeds of some are read while others ramp or turn at constant speeds: the answers are those of a board that is looked at
-/// all the time.
+/// Speeds of some are read while others ramp or turn at constant speeds: the answers are those of a board that is
+/// looked at all the time.
 #[test]
 fn steps_of_six_axes_may_wait_until_somebody_looks() {
     for seed in 0..10 {

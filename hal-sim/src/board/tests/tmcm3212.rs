@@ -316,7 +316,7 @@ fn the_bus_gives_the_chip_the_time_that_it_needs() {
     let before = board.borrow().now();
     datagram(&board, 0, IOIN, 0);
     datagram(&board, 0, IOIN, 0);
-    // 40 bits at 5.25 MHz are 7619 ns, twice, with the select before and after; the board had its last datagram to axis
+    // 40 bits at 5.25 MHz are 7619 ns, twice, with the select before and after. The board had its last datagram to axis
     // 2, and chip select is high for 135 ns in between.
     assert_eq!(board.borrow().now() - before, 2 * (7_619 + 2 * SELECT_TIME) + 135);
     let frame = [AMAX | WRITE, 0, 0, 0, 1];

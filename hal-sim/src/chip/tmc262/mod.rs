@@ -1,19 +1,19 @@
 //! The driver stage: TMC262, configured by SPI, moved by step pulses.
 //!
 //! From the datasheets of the TMC26x family:
-//! - A datagram has 20 bits, MSB first; the response leaves in the same 20 clocks. Hosts send 24 clocks
-//!   with four leading zeros: what counts is the last 20 bits in, and as the shift register is 20 bits
-//!   long, a host reads the response in the upper 20 of its 24 bits. The register is written when chip
-//!   select rises; fewer than 20 clocks write nothing.
+//! - A datagram has 20 bits, MSB first; the response leaves in the same 20 clocks. Hosts send 24 clocks with four
+//!   leading zeros. What counts is the last 20 bits in. As the shift register is 20 bits long, a host reads the
+//!   response in the upper 20 of its 24 bits. The register is written when chip select rises; fewer than 20 clocks
+//!   write nothing.
 //! - The response is captured when chip select falls, in the format that RDSEL of the DRVCONF written
 //!   before selects.
 //! - All registers are zero after power-on: bridges off (TOFF = 0), 256 microsteps, current scale 1/32.
 //!
-//! Decisions where the datasheet is silent: a high level at DIR counts the microstep pointer up; a
-//! full step is 256 microsteps and MRES changes keep the pointer where it is; INTPOL has no effect (the
-//! field moves with each pulse, not between them); a step pulse has two edges, so that with DEDGE it moves
-//! two microsteps; the open load bits show injected faults only (the real ones give false alarms at
-//! standstill and at speed); OT falls as soon as the temperature is below its threshold again.
+//! Decisions where the datasheet is silent: a high level at DIR counts the microstep pointer up. A full step is 256
+//! microsteps, and MRES changes keep the pointer where it is. INTPOL has no effect (the field moves with each pulse,
+//! not between them). A step pulse has two edges, so that with DEDGE it moves two microsteps. The open load bits show
+//! injected faults only (the real ones give false alarms at standstill and at speed). OT falls as soon as the
+//! temperature is below its threshold again.
 
 use super::SpiSlave;
 use super::bits::{field, sign_extend};
@@ -46,7 +46,7 @@ pub struct Registers {
     pub drvconf: u32,
 }
 
-/// One of the two bridges, with the coil at it.
+/// Either bridge, with the coil at it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bridge {
     /// Coil A.
@@ -186,8 +186,8 @@ impl Tmc262 {
         self.bridges_on
     }
 
-    /// The effective motor current in 1/32 of the full scale that VSENSE selects, 0 with the bridges off:
-    /// what coolStep leaves of CS + 1, times the amplitude in SPI mode.
+    /// The effective motor current in 1/32 of the full scale that VSENSE selects, 0 with the bridges off. It is what
+    /// coolStep leaves of CS + 1, times the amplitude in SPI mode.
     #[inline]
     pub fn current(&self) -> u32 {
         if self.bridges_on { (self.cool_step.scale() + 1) * self.amplitude / COIL_FULL_SCALE } else { 0 }

@@ -219,8 +219,8 @@ fn the_filter_reads_once_in_four_full_steps() {
 
 #[test]
 fn cool_step_moves_the_current_between_its_limits() {
-    // SGT 10, CS 31. SEMIN 2 (below 64: up), SEMAX 1 (from (2 + 1 + 1) x 32 = 128: down), SEDN 2 (two
-    // readings), SEUP 1 (two up), SEIMIN 0: half of 31 is 15.
+    // SGT 10, CS 31. SEMIN 2 (below 64: up), SEMAX 1 (from (2 + 1 + 1) x 32 = 128: down). SEDN 2 (two readings), SEUP 1
+    // (two up), SEIMIN 0: half of 31 is 15.
     let mut chip = running(0xC_0A1F, 0xE_F040);
     let smarten = 0xA_0000 | 2 << 13 | 1 << 8 | 1 << 5 | 2;
     send(&mut chip, 0, smarten);

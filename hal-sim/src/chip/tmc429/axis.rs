@@ -1,4 +1,4 @@
-//! One of the three axes of the chip: its state and registers. How it moves is in [`motion`].
+//! An axis, of which the chip has three: its state and registers. How it moves is in [`motion`].
 
 mod motion;
 

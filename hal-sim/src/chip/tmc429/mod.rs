@@ -22,8 +22,8 @@
 //! * The tolerance around the origin applies to both switches (8.1.14 names no side); 0 excludes nothing.
 //! * Interrupts for switches see the level after inv_ref, and ref_wrong and ref_miss are set when their
 //!   conditions begin to hold.
-//! * A step that comes while the pulse before is still high is lost for the driver: the counter has it, the
-//!   pin shows no edge (8.2.4, "the step pulse timing must be compatible"). Power-on STPDIV is 15, 16 us.
+//! * A step that comes while the pulse before is still high is lost for the driver. The counter has it, the pin shows
+//!   no edge (8.2.4, "the step pulse timing must be compatible"). Power-on STPDIV is 15, 16 us.
 //! * The delay of the first pulse after a change of direction (10.1) and the polarity of pulses (inv_stp)
 //!   only shift steps by a pulse length and are left out. With step_half each edge is handed out as a step.
 //! * In step/direction mode no datagram goes to a driver chain: a cover datagram waits, and CDGW stays set,
@@ -118,7 +118,8 @@ impl Tmc429 {
         }
     }
 
-    /// Tells the chip that it is time `to`. False if something is due in it by then, which [`advance`](Self::advance) does.
+    /// Tells the chip that it is time `to`. False if something is due in it by then, which [`advance`](Self::advance)
+    /// does.
     #[inline]
     pub fn rest(&mut self, to: Nanos) -> bool {
         self.now = self.now.max(to);
@@ -160,8 +161,8 @@ impl Tmc429 {
         (self.due != Nanos::MAX).then_some(self.due)
     }
 
-    /// The earliest time at which anything may happen but steps that change nothing but positions, here and at `load`; the
-    /// maximum for never.
+    /// The earliest time at which anything may happen but steps that change nothing but positions, here and at `load`;
+    /// the maximum for never.
     pub fn next_pressing(&self, load: &impl StepDir) -> Nanos {
         if self.due == Nanos::MAX || !self.global.step_direction() {
             return self.due;
@@ -174,8 +175,8 @@ impl Tmc429 {
         ticks.chain(self.global.sent_at()).min().map_or(Nanos::MAX, |tick| self.clock.time_of(tick))
     }
 
-    /// Whether a datagram that begins with `first` does and tells the same, whether steps that change nothing but positions
-    /// have been made or not: it asks for a register that is no position.
+    /// Whether a datagram that begins with `first` does and tells the same, whether steps that change nothing but
+    /// positions have been made or not. Such a datagram asks for a register that is no position.
     pub fn ignores_steps(&self, first: u8) -> bool {
         let (motor, index) = register_address(first);
         let is_position = motor != COMMON && [axis_register::X_ACTUAL, axis_register::USTEP_COUNT].contains(&index);
@@ -208,8 +209,8 @@ impl Tmc429 {
         self.axes.get(motor).is_none_or(|axis| axis.next() == NEVER)
     }
 
-    /// For a motor that turns at a constant speed: its direction, true up, and the number of steps that it is certain to
-    /// make at this speed; `None` for any other.
+    /// For a motor that turns at a constant speed: its direction, true up, and the number of steps that it is certain
+    /// to make at this speed; `None` for any other.
     pub fn cruise(&self, motor: usize) -> Option<(bool, u64)> {
         let axis = self.axes.get(motor).filter(|axis| axis.free_steps() > 0)?;
         Some((axis.counts_up(), axis.free_steps().into()))
@@ -254,8 +255,8 @@ impl Tmc429 {
         first.next().min(second.next()).min(third.next())
     }
 
-    /// Makes the steps at once that are due by tick `last` and change nothing but positions, up to the first tick at which
-    /// something else happens to any motor. Some of the last ones may be left.
+    /// Makes the steps at once that are due by tick `last` and change nothing but positions, up to the first tick at
+    /// which something else happens to any motor. Some of the last ones may be left.
     fn skip_steps(&mut self, last: u64, load: &mut impl StepDir) {
         let mut end = last;
         for (motor, axis) in self.axes.iter().enumerate().filter(|(_, axis)| axis.next() <= last) {

@@ -3,9 +3,9 @@
 /// Velocities carry 8 bits behind the point (datasheet 8.1.10.2).
 pub(super) const FRACTION_BITS: u32 = 8;
 
-/// The deceleration ramp is internally limited to this many steps (8.1.7.1.1). With the smallest p,
-/// 128/2^16 = 1/512, the law then ends at sqrt(2048 * 2^19 / 512) = 1448, the very value that 8.1.7.1.1
-/// names as the V_MAX below which half the lower limit of A_MAX will do.
+/// The deceleration ramp is internally limited to this many steps (8.1.7.1.1). With the smallest p, 128/2^16 = 1/512,
+/// the law then ends at sqrt(2048 * 2^19 / 512) = 1448. This is the very value that 8.1.7.1.1 names as the V_MAX below
+/// which half the lower limit of A_MAX will do.
 const LONGEST_BRAKING: u32 = 1 << 19;
 
 /// The proportionality factor p = PMUL / 2^(3 + PDIV) of the braking law (8.1.10.1).
@@ -27,8 +27,8 @@ impl Proportion {
 
     /// The velocity of ramp_mode at `distance` steps from the target, limited to `limit`.
     ///
-    /// The datasheet prints p = 2048 / S with S the length of the ramp from velocity 2048 (8.1.10.2); with
-    /// a constant deceleration v^2 is proportional to the distance, v^2 = 2048^2 * d / S = 2048 * p * d.
+    /// The datasheet prints p = 2048 / S with S the length of the ramp from velocity 2048 (8.1.10.2). With a constant
+    /// deceleration v^2 is proportional to the distance: v^2 = 2048^2 * d / S = 2048 * p * d.
     pub(super) fn linear_ramp(self, distance: u32, limit: u32) -> u32 {
         let square = self.times(distance, true);
         let limit_square = u64::from(limit) * u64::from(limit);
@@ -68,29 +68,28 @@ const LAG: u32 = 5;
 
 /// The greatest velocity (with fraction) at which the motor stops on the target instead of running through.
 ///
-/// The datasheet says two things. V_MIN is the velocity "at or below which the stepper motor can be stopped
-/// abruptly" (8.1.3), and a p that is too large "will cause overshooting and even oscillations" (8.1.10.1),
-/// so reaching the target does not stop the motor from any velocity. But V_MIN = 1 is a good setting and
-/// the braking law still asks for sqrt(2048 * p) at one step before the target. Those fit together if the
-/// chip brakes with A_MAX after the last step and that ends before another step is due: from velocity v the
-/// way to rest is v^2 * 2^(RAMP_DIV - PULSE_DIV) / (16 * A_MAX) steps, less than one for v below
-/// sqrt(16 * A_MAX * 2^(PULSE_DIV - RAMP_DIV)), which is sqrt(2048 * p) for the p that matches. The model
-/// stops at once in that case.
+/// The datasheet says two things. V_MIN is the velocity "at or below which the stepper motor can be stopped abruptly"
+/// (8.1.3). A p that is too large "will cause overshooting and even oscillations" (8.1.10.1). So reaching the target
+/// does not stop the motor from any velocity. But V_MIN = 1 is a good setting and the braking law still asks for
+/// sqrt(2048 * p) at one step before the target. Both fit together if the chip brakes with A_MAX after the last step
+/// and that ends before another step is due. From velocity v the way to rest is v^2 * 2^(RAMP_DIV - PULSE_DIV) / (16 *
+/// A_MAX) steps. This is less than one for v below sqrt(16 * A_MAX * 2^(PULSE_DIV - RAMP_DIV)), which is sqrt(2048 * p)
+/// for the p that matches. The model stops at once in that case.
 ///
-/// On top come [`LAG`] ramp ticks of A_MAX. The law is a square root, ever steeper towards the target, and
-/// the velocity follows it only once a ramp tick and by A_MAX at most: it arrives late. Following the law
-/// tick by tick with p reduced by 1 to 2 % and RAMP_DIV up to PULSE_DIV + 12, from many distances, the
-/// velocity on the target was never more than 4.6 ticks above zero for large ratios and 5.1 for small ones.
-/// The datasheet promises that such a p reaches the target without overshooting, so the chip copes.
+/// On top come [`LAG`] ramp ticks of A_MAX. The law is a square root, ever steeper towards the target, and the velocity
+/// follows it only once a ramp tick and by A_MAX at most: it arrives late. The law was followed tick by tick with p
+/// reduced by 1 to 2 % and RAMP_DIV up to PULSE_DIV + 12, from many distances. The velocity on the target was never
+/// more than 4.6 ticks above zero for large ratios and 5.1 for small ones. The datasheet promises that such a p reaches
+/// the target without overshooting, so the chip copes.
 pub(super) fn arrival_limit(v_min: u32, a_max: u32, pulse_div: u32, ramp_div: u32) -> u32 {
     // A_MAX < 2^11, so 16 * A_MAX * 2^15 fits into 32 bits.
     let within_a_step = (((16 * a_max) << pulse_div) >> ramp_div).isqrt();
     (v_min.max(within_a_step) << FRACTION_BITS) + LAG * a_max
 }
 
-/// Counts ramp ticks up to the next one at which something visible happens while the velocity moves from
-/// `velocity` towards `goal` by `step` per tick: the integer part changes (it sets the pulse rate), the sign
-/// changes, or the goal is reached. `step` and the difference must not be zero.
+/// Counts ramp ticks up to the next one at which something visible happens while the velocity moves from `velocity`
+/// towards `goal` by `step` per tick. Visible is that the integer part changes (it sets the pulse rate), that the sign
+/// changes, or that the goal is reached. `step` and the difference must not be zero.
 pub(super) fn quiet_ticks(velocity: i32, goal: i32, step: u32) -> u64 {
     let reach = goal.abs_diff(velocity).div_ceil(step);
     let magnitude = velocity.unsigned_abs();

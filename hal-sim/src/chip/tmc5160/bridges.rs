@@ -10,11 +10,11 @@ use crate::chip::bits::field;
 pub(super) const PREWARNING_CELSIUS: i32 = 120;
 /// Temperatures from which the bridges are shut down, by OTSELECT (6.1).
 const SHUTDOWN_CELSIUS: [i32; 4] = [150, 143, 136, 120];
-/// The lowest supply voltage at which the charge pump keeps the bridges working, in 0.1 V: the "lower supply voltage" of
-/// 28.1.
+/// The lowest supply voltage at which the charge pump keeps the bridges working, in 0.1 V: the "lower supply voltage"
+/// of 28.1.
 const LOWEST_SUPPLY: u16 = 80;
 
-/// One of the two bridges, with the coil at it.
+/// Either bridge, with the coil at it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bridge {
     /// Coil A.
@@ -23,7 +23,7 @@ pub enum Bridge {
     B,
 }
 
-/// What a bridge is shorted to.
+/// The potential that a bridge is shorted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Short {
     /// Ground: s2ga, s2gb.
@@ -52,10 +52,10 @@ pub(super) struct Bridges {
     on: bool,
 }
 
-/// What has happened to the bridges, for GSTAT.
+/// Events at the bridges, for GSTAT.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Trouble {
-    /// They have been shut down.
+    /// Whether the bridges have been shut down.
     pub(super) shut_down: bool,
     /// The charge pump has too little voltage.
     pub(super) undervoltage: bool,

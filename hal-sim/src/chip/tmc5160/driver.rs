@@ -12,8 +12,8 @@ const PERIOD: i64 = 1024;
 pub(super) const LONGEST_STEP: u32 = (1 << 20) - 1;
 /// The unit of TPOWERDOWN and IHOLDDELAY is 2^18 clocks.
 const DELAY_BITS: u32 = 18;
-/// "The stall detection feature becomes switched off for 2-3 electrical periods whenever passing THIGH threshold" (6.2):
-/// three of them, in full steps.
+/// "The stall detection feature becomes switched off for 2-3 electrical periods whenever passing THIGH threshold"
+/// (6.2): three of them, in full steps.
 const BLIND: u32 = 12;
 /// The lowest VDCMIN that switches dcStep on (6.3.2).
 const LOWEST_DC: u32 = 256;
@@ -51,7 +51,7 @@ pub(super) struct Driver {
     pwm_scale: u32,
 }
 
-/// What the driver has to know of the rest of the chip.
+/// The state of the rest of the chip, as far as the driver has to know it.
 #[derive(Clone, Copy)]
 pub(super) struct State<'a> {
     pub(super) registers: &'a Registers,
@@ -127,8 +127,8 @@ impl Driver {
         before >> 8 != self.field >> 8
     }
 
-    /// The number of the first step that passes a full step; 1 where all steps are to be made one by one, because the
-    /// field is not where the present resolution has its positions, or because the current has to rise first.
+    /// The number of the first step that passes a full step. It is 1 where all steps are to be made one by one. They
+    /// are if the field is not where the present resolution has its positions, or if the current has to rise first.
     #[inline]
     pub(super) fn steps_to_full_step(&self, up: bool) -> u32 {
         let (part, width) = ((self.field & 0xFF) as u32, 1_u32 << self.resolution);

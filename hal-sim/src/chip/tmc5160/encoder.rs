@@ -29,7 +29,7 @@ pub(super) struct Encoder {
     tracks: Tracks,
     /// X_ENC.
     position: i32,
-    /// What is behind the point of X_ENC, in 1/65536 or, in decimal mode, 1/10000.
+    /// The part behind the point of X_ENC, in 1/65536 or, in decimal mode, 1/10000.
     fraction: i32,
     latch: i32,
     /// n_event.
@@ -38,7 +38,7 @@ pub(super) struct Encoder {
     warning: bool,
 }
 
-/// What an N event asks for beside the latching of X_ENC.
+/// An N event, with what it asks for beside the latching of X_ENC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NullEvent {
     /// XACTUAL is to be latched, too.
@@ -105,7 +105,7 @@ impl Encoder {
         self.warning |= most != 0 && self.position.wrapping_sub(position).unsigned_abs() > most;
     }
 
-    /// One polarity change of A or B, after which the pins have these levels.
+    /// Counts a polarity change of A or B, after which the pins have these levels.
     pub(super) fn edge(&mut self, up: bool, tracks: Tracks, registers: &mut Registers) -> Option<NullEvent> {
         self.count += if up { 1 } else { -1 };
         let base = if registers.bit(ENCMODE, mode::DECIMAL) { 10_000 } else { 1 << 16 };
@@ -130,8 +130,8 @@ impl Encoder {
         self.heed_null(self.tracks, registers)
     }
 
-    /// Whether the null track counts as active: with its own polarity, and, unless they are ignored, with those of A and
-    /// B (20, "N signal").
+    /// Whether the null track counts as active: with its own polarity, and, unless they are ignored, with those of A
+    /// and B (20, "N signal").
     fn active(tracks: Tracks, registers: &Registers) -> bool {
         let is = |level: bool, bit| level == registers.bit(ENCMODE, bit);
         is(tracks.n, mode::POL_N)

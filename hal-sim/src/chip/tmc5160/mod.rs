@@ -1,5 +1,5 @@
-//! TMC5160: a motion controller with a six-point ramp, an ABN counter and a driver for one motor, behind an SPI register
-//! file. Written from the datasheet, rev. 1.14, whose sections the comments cite.
+//! TMC5160: a motion controller with a six-point ramp, an ABN counter and a driver for one motor, behind an SPI
+//! register file. Written from the datasheet, rev. 1.14, whose sections the comments cite.
 //!
 //! Time inside the chip counts in periods of its clock from power-on. At a clock at which several things are due, the
 //! step comes first, then the change of velocity; a step's effects on switches and encoder come with the step.
@@ -11,13 +11,14 @@
 //! * What a read access returns is latched when its own datagram ends, as the status is (4.1.2).
 //! * A change of polarity or of swap_lr is no edge: only a change at a pin latches.
 //! * VSTART belongs to positioning; velocity mode has only VMAX and AMAX (12.2.3).
-//! * The ramp brakes when it must in order to be at VSTOP at the target. Having begun to, it does not accelerate before a
-//!   target is written again, also where parameters would now let it (6.3.1, "Hint" of XTARGET).
-//! * n_event and the latching of N events need clr_cont or clr_once: with ENCMODE at 0 and no encoder connected an event
-//!   would never end, yet ENC_STATUS is 0 after a reset.
+//! * The ramp brakes when it must in order to be at VSTOP at the target. Having begun to, it does not accelerate before
+//!   a target is written again, also where parameters would now let it (6.3.1, "Hint" of XTARGET).
+//! * n_event and the latching of N events need clr_cont or clr_once. With ENCMODE at 0 and no encoder connected an
+//!   event would never end, yet ENC_STATUS is 0 after a reset.
 //! * After a reset the motor stands still (stst), and its current is that of IHOLD.
-//! * DIAG outputs other than interrupt and position compare, UART, step/direction input, direct mode, the emergency stop
-//!   of ENCA and the slowing down of dcStep under load are not modelled: nothing on the board uses them.
+//! * DIAG outputs other than interrupt and position compare, UART, step/direction input and direct mode are not
+//!   modelled. Neither are the emergency stop of ENCA and the slowing down of dcStep under load. Nothing on the board
+//!   uses any of them.
 
 mod access;
 mod bridges;
@@ -242,9 +243,9 @@ impl Tmc5160 {
         self.ramp.stands()
     }
 
-    /// For a motor that turns at a constant speed, and whose current does not follow the load: the direction in which the
-    /// field turns, true up; the number of steps that it is certain to make at this speed; and how far a step moves the
-    /// field, in 1/256 full steps. `None` for any other.
+    /// The motion of a motor that turns at a constant speed, and whose current does not follow the load; `None` for any
+    /// other. The first two values are the direction in which the field turns, true up, and the number of steps that it
+    /// is certain to make at this speed. The third is how far a step moves the field, in 1/256 full steps.
     pub fn cruise(&self) -> Option<(bool, u64, u64)> {
         let steps = self.ramp.quiet().filter(|_| !self.heeds_load())?;
         Some((self.driver.turns_up(self.ramp.direction() > 0), steps, self.driver.width()))
@@ -260,7 +261,7 @@ impl Tmc5160 {
         self.registers.field(COOLCONF, 0, 4) != 0 || self.registers.bit(SW_MODE, mode::SG_STOP)
     }
 
-    /// What a register that keeps what was written contains, for observers.
+    /// The contents of a register that keeps what was written, for observers.
     pub fn register(&self, address: u8) -> u32 {
         self.registers.get(address)
     }

@@ -44,8 +44,8 @@ impl Tmc5160 {
         }
     }
 
-    /// Makes the steps at once that are due by `last` and have no effect on anything but positions. The last step before
-    /// an effect is left, and the last one that is due.
+    /// Makes the steps at once that are due by `last` and have no effect on anything but positions. The last step
+    /// before an effect is left, and the last one that is due.
     #[inline]
     fn skip_steps(&mut self, last: u64, mechanics: &impl Mechanics) {
         let due = self.ramp.free_steps(last);

@@ -11,7 +11,7 @@ const SETTLED: Nanos = 10;
 /// Why a datagram was not taken. The chip itself would take something else, or nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Its clock was faster than 4 MHz, or 8 MHz where the chip has an external clock.
+    /// The clock of the datagram was faster than 4 MHz, or 8 MHz where the chip has an external clock.
     Clock,
     /// Chip select was high before it for less than two periods of the chip's clock and 10 ns.
     Select,

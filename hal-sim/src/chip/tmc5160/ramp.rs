@@ -20,7 +20,7 @@ const CENTRE: u64 = MICROSTEP / 2;
 /// Bits of a velocity behind its unit.
 const FRACTION_BITS: u32 = 8;
 
-/// What keeps the motor from moving, in one direction or both.
+/// Causes that keep the motor from moving, in one direction or both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Stops {
     /// The left switch stops motion to lower positions.
@@ -39,8 +39,8 @@ impl Stops {
     }
 }
 
-/// The ramp generator. Its motion is evaluated only when necessary: `phase` is that of the clock `synced`, and until the
-/// clock `next` it follows from the velocity.
+/// The ramp generator. Its motion is evaluated only when necessary: `phase` is that of the clock `synced`, and until
+/// the clock `next` it follows from the velocity.
 #[derive(Debug)]
 pub(super) struct Ramp {
     settings: Settings,
@@ -187,8 +187,8 @@ impl Ramp {
         self.schedule();
     }
 
-    /// Sets what keeps the motor from moving, from `clock` on. A motor that moves that way stops at once, unless it is a
-    /// switch that brakes it softly.
+    /// Sets what keeps the motor from moving, from `clock` on. A motor that moves that way stops at once, unless it is
+    /// a switch that brakes it softly.
     pub(super) fn set_stops(&mut self, stops: Stops, clock: u64) {
         if stops == self.stops {
             return;

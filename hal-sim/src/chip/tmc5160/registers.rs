@@ -68,9 +68,9 @@ const ADDRESSES: usize = 128;
 /// How a register that keeps what was written is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Access {
-    /// It reads what was written.
+    /// The register reads what was written.
     Both,
-    /// It cannot be read: the address reads 0, or another register.
+    /// The register cannot be read: the address reads 0, or another register.
     WriteOnly,
 }
 
@@ -126,7 +126,7 @@ const KEPT: &[(u8, Access, u32, u32)] = &[
     (PWMCONF, WriteOnly, u32::MAX, 0xC40C_001E),
 ];
 
-/// What OTP_READ shows: a trim of the internal clock in the middle of its range, all else 0 (6.1.1).
+/// The value of OTP_READ: a trim of the internal clock in the middle of its range, all else 0 (6.1.1).
 pub(super) const OTP: u32 = 0x10;
 
 /// The registers that keep what is written. Those that the chip writes itself are in the parts that they belong to.
@@ -158,7 +158,7 @@ impl Registers {
         self.field(address, bit, 1) != 0
     }
 
-    /// What a host reads: 0 where nothing can be read.
+    /// Gives what a host reads: 0 where nothing can be read.
     pub(super) fn read(&self, address: u8) -> u32 {
         let readable = KEPT.iter().any(|(kept, access, ..)| *kept == address && *access == Both);
         if readable { self.get(address) } else { 0 }

@@ -16,7 +16,7 @@ pub(super) fn current(position: i64, registers: &Registers) -> i32 {
     if position & 0x200 == 0 { value } else { -1 - value }
 }
 
-/// The entry `index` of the quarter, 0..=255. Bit n is the difference that leads to entry n: so the table of the reset
+/// The entry `index` of the quarter, 0..=255. Bit n is the difference that leads to entry n. So the table of the reset
 /// values is the sine wave that 6.5 gives a formula for, and ends with its START_SIN90. "The difference between entry x
 /// and entry x+1" would be off by one.
 fn quarter(index: u32, registers: &Registers) -> i32 {

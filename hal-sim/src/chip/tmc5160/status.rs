@@ -1,4 +1,4 @@
-//! What the chip tells: status bits, flags and the registers that it writes itself.
+//! The state that the chip tells: status bits, flags and the registers that it writes itself.
 
 use super::Tmc5160;
 use super::gstat;
@@ -51,7 +51,7 @@ impl Tmc5160 {
         ]) as u8
     }
 
-    /// What a read access to an address returns.
+    /// Gives what a read access to an address returns.
     pub(super) fn read(&mut self, address: u8) -> u32 {
         let clock = self.present();
         match address {

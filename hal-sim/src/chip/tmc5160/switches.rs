@@ -23,7 +23,7 @@ pub(super) struct Pair {
     pub(super) right: bool,
 }
 
-/// What a stop condition depends on.
+/// The motion, as far as a stop condition depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// The direction in which the motor is to move: 1, -1, or 0.

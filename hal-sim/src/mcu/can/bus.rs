@@ -3,7 +3,7 @@
 /// The bus beyond the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CanBus {
-    /// Its bit rate.
+    /// The bit rate of the bus.
     pub bit_rate: u32,
     /// Whether others are on it, who acknowledge frames.
     pub inhabited: bool,

@@ -26,7 +26,7 @@ impl CanFrame {
         BITS[usize::from(self.extended)] + data
     }
 
-    /// Which one wins when two begin at the same time: the lower.
+    /// Ranks the frame: of two that begin at the same time, the one with the lower rank wins.
     pub(super) fn rank(&self) -> u32 {
         let base = if self.extended { self.id } else { self.id << 18 };
         base << 1 | u32::from(self.extended)

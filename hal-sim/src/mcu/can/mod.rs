@@ -65,7 +65,7 @@ const ERROR_BITS: u64 = 20;
 /// Recessive bits that end bus-off.
 const RECOVERY_BITS: u64 = 128 * 11;
 
-/// What is on the bus.
+/// The frame that is on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Traffic {
     /// A frame of ours, from mailbox `0`.
@@ -151,7 +151,7 @@ impl Can {
         self.others.clear();
     }
 
-    /// What others want to send is not sent: there was nobody on the bus to take it.
+    /// Drops what others want to send: there was nobody on the bus to take it.
     pub(super) fn forget(&mut self) {
         self.others.clear();
     }

@@ -9,8 +9,8 @@ use super::registers::PC;
 use super::trap::{Outcome, Trap};
 use crate::mcu::peripheral::bit;
 
-/// What lies on the bus: places where single bits of RAM are to be had, peripherals (with theirs), and the vendor's part
-/// of the core's own bus.
+/// Addresses on the bus: places where single bits of RAM are to be had, peripherals (with theirs), and the vendor's
+/// part of the core's own bus.
 const ON_BUS: [core::ops::Range<u32>; 3] =
     [0x2200_0000..0x2400_0000, 0x4000_0000..0x6000_0000, 0xE004_2000..0xE004_2400];
 

@@ -1,4 +1,4 @@
-//! What the core's accesses to peripherals go to.
+//! The bus that takes the core's accesses to peripherals.
 
 use crate::mcu::peripheral::Cycles;
 

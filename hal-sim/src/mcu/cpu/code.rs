@@ -9,7 +9,7 @@ const ROOM: usize = 4096;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decoded {
     pub(super) insn: Insn,
-    /// Its length in bytes; 0 where nothing has been decoded.
+    /// The length of the instruction in bytes; 0 where nothing has been decoded.
     pub(super) bytes: u32,
 }
 
@@ -25,7 +25,7 @@ impl Decoded {
     }
 }
 
-/// What has been decoded, one place for each halfword of flash memory up to the last one executed.
+/// The decoded instructions, one place for each halfword of flash memory up to the last one executed.
 #[derive(Debug, Default)]
 pub(super) struct Code(Vec<Decoded>);
 

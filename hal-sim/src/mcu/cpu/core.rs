@@ -1,4 +1,4 @@
-//! What executes: registers, system control space and memories, step by step.
+//! The core, which executes: registers, system control space and memories, step by step.
 
 use rsemu::cpu::arm::v7m::sys::{Exception, Sys};
 use rsemu::cpu::arm::v7m::{Config, FpUnit};
@@ -30,21 +30,21 @@ pub(super) struct Core {
     pub(super) reset_pending: bool,
     pub(super) locked_up: bool,
     pub(super) asleep: bool,
-    /// What SEV leaves for WFE.
+    /// Whether SEV has left an event for WFE.
     pub(super) event: bool,
     /// The address that a load has marked for a store.
     pub(super) exclusive: Option<u32>,
     /// Cycles that the counters of the core have not counted yet, and with how many something comes of it.
     pub(super) unticked: Cycles,
     pub(super) tick_by: Cycles,
-    /// What stands before the flash memory; the cycles waited for it, and whether they take time.
+    /// The accelerator before the flash memory; the cycles waited for that memory, and whether they take time.
     pub(super) accelerator: Accelerator,
     pub(super) stalls: Cycles,
     pub(super) stalls_take_time: bool,
     /// The instruction that ended the run, and why.
     pub(super) refused: Option<(u32, &'static str)>,
-    /// Of the present step: when it began, its cycles, where the program goes on, the exception entered (or 0), whether
-    /// something on the bus has been accessed, the address that could not be.
+    /// The present step: when it began, its cycles, where the program goes on, and the exception entered (or 0). The
+    /// last two are whether something on the bus has been accessed, and the address that could not be.
     pub(super) now: Cycles,
     pub(super) used: Cycles,
     pub(super) next: u32,
@@ -158,7 +158,7 @@ impl Core {
         self.refused.get_or_insert((self.registers.get(PC).wrapping_sub(4), reason));
     }
 
-    /// What an observer sees of it.
+    /// Gives what an observer sees of the core.
     pub(super) fn view(&self) -> View {
         let pending = lines(&self.sys.pending);
         View {

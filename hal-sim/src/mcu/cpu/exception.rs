@@ -1,9 +1,10 @@
 //! Exceptions: taken, entered, left (DDI 0403 B1.5).
 //!
 //! Their cycles are those of the Cortex-M4's manual for memory without wait states (DDI 0439 3.9.1, which TI repeats in
-//! SLAU356 1.5.8): twelve from the request to the first instruction of the handler, with what is saved; six if that
-//! begins where another ends; twelve for a return, with what is restored, besides the cycles of the instruction that
-//! returns. An exception that arrives while another one is being entered is not let in before that, as the chip would.
+//! SLAU356 1.5.8). They are twelve from the request to the first instruction of the handler, with what is saved, and
+//! six if the handler begins where another ends. They are twelve for a return, with what is restored, besides the
+//! cycles of the instruction that returns. An exception that arrives while another one is being entered is not let in
+//! before that, as the chip would.
 
 use rsemu::cpu::arm::v7m::sys::{Exception, ccr, control, exc_return, fsr};
 use rsemu::cpu::arm::v7m::xpsr;

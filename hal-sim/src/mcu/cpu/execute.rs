@@ -1,7 +1,8 @@
 //! Instructions: fetched, decoded, and executed each by the file of its kind.
 //!
-//! Cycles are counted as in the tables of the Cortex-M4's manual for code without wait states: one for each instruction
-//! and each access, two more for a branch that is taken, one more for a product of 64 bits, two for a division.
+//! Cycles are counted as in the tables of the Cortex-M4's manual for code without wait states. They are one for each
+//! instruction and each access, two more for a branch that is taken, one more for a product of 64 bits, two for a
+//! division.
 
 use rsemu::cpu::arm::v7m::isa::Insn;
 
@@ -181,8 +182,8 @@ impl Core {
         if address & (bytes - 1) == 0 { Ok(()) } else { Err(Trap::Unaligned) }
     }
 
-    /// The floating-point unit is off, as it is after a reset; or the program has switched it on, and that is the end of
-    /// the run.
+    /// The floating-point unit is off, as it is after a reset; or the program has switched it on, and that is the end
+    /// of the run.
     pub(super) fn no_floating_point(&mut self) -> Trap {
         if self.sys.fp_enabled(self.registers.privileged()) {
             self.refuse("floating point is not modelled");

@@ -16,7 +16,7 @@ pub(in crate::mcu) const FLASH_SIZE: usize = 0x10_0000;
 pub(in crate::mcu) const SRAM_SIZE: usize = 0x2_0000;
 const CCM_SIZE: usize = 0x1_0000;
 
-/// What SRAM holds after power-on, so that the part of the stack that was never used can be told.
+/// The byte that fills SRAM after power-on, so that the part of the stack that was never used can be told.
 const PAINT: u8 = 0xA5;
 
 /// RAM, as the core, the DMA controllers and a debug probe see it. Clones are the same memory. It is in words that
@@ -99,7 +99,7 @@ impl Ram {
         self.load(address, 4)
     }
 
-    /// What power-off leaves of the contents: nothing.
+    /// Forgets the contents, of which power-off leaves nothing.
     pub(in crate::mcu) fn forget(&self) {
         for word in self.words.iter() {
             word.store(u32::from_le_bytes([PAINT; 4]), Ordering::Relaxed);

@@ -153,7 +153,7 @@ impl Registers {
         }
     }
 
-    /// One of the two stack pointers.
+    /// Gives one of the two stack pointers.
     pub(super) fn stack(&mut self, process: bool) -> &mut u32 {
         if process == self.on_process_stack { &mut self.r[usize::from(SP)] } else { &mut self.other_stack }
     }

@@ -8,8 +8,8 @@ use super::bus::Bus;
 use super::core::Core;
 use super::registers::PC;
 
-/// Numbers of the special registers (DDI 0403 B5.1.1). The first four are APSR and its combinations; in those with an odd
-/// number, and in the two after, is the exception.
+/// Numbers of the special registers (DDI 0403 B5.1.1). The first four are APSR and its combinations; in those with an
+/// odd number, and in the two after, is the exception.
 const MSP: u8 = 8;
 const PSP: u8 = 9;
 const PRIMASK: u8 = 16;

@@ -1,7 +1,7 @@
 //! The core beside that of the library, which executes the same in its own way.
 //!
-//! They differ on purpose: the library forgets the state of an IT block when an exception comes within it, and it counts
-//! more cycles for exceptions than the chip takes. See [`oracle`].
+//! They differ on purpose: the library forgets the state of an IT block when an exception comes within it, and it
+//! counts more cycles for exceptions than the chip takes. See [`oracle`].
 
 mod exceptions;
 mod instructions;
@@ -58,7 +58,7 @@ fn word(random: &mut Random) -> u32 {
     random.below(1 << 16) << 16 | random.below(1 << 16)
 }
 
-/// One of these.
+/// Picks one of these.
 fn pick<T: Copy>(random: &mut Random, from: &[T]) -> T {
     from[random.below(from.len() as u32) as usize]
 }

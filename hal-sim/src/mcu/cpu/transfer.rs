@@ -184,7 +184,7 @@ impl Core {
     }
 }
 
-/// What has been loaded, as a word.
+/// Gives the value that has been loaded, as a word.
 #[inline]
 fn extended(value: u32, size: Size, signed: bool) -> u32 {
     match size {

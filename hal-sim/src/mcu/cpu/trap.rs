@@ -2,14 +2,14 @@
 
 use rsemu::cpu::arm::v7m::sys::{Exception, fsr};
 
-/// What is wrong with an instruction.
+/// The reason why an instruction cannot be executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Trap {
-    /// There is no such instruction.
+    /// An instruction that does not exist.
     Undefined,
-    /// It is for a coprocessor that is not there, or off.
+    /// An instruction for a coprocessor that is not there, or off.
     NoCoprocessor,
-    /// It is not Thumb code.
+    /// Code that is not Thumb code.
     State,
     /// A return from an exception that cannot be.
     Return,
@@ -17,9 +17,9 @@ pub(super) enum Trap {
     Unaligned,
     /// A division by zero, which is to be noticed.
     Zero,
-    /// There is no memory to execute.
+    /// An address at which there is no memory to execute.
     Fetch,
-    /// There is no memory to access.
+    /// An address at which there is no memory to access.
     Access,
 }
 

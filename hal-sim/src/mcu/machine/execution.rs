@@ -9,16 +9,16 @@ use crate::mcu::step::{Act, Observer, Step, View};
 /// The most cycles the core executes before it is asked whether it wants a reset or is stuck.
 const SLICE: Cycles = 16_384;
 
-/// What a machine has done since it was made.
+/// Counts of what a machine has done since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Cycles of the core clock.
     pub cycles: u64,
-    /// Those of them that the core slept through.
+    /// Cycles among them that the core slept through.
     pub asleep: u64,
     /// Instructions executed (exception entries count as one).
     pub instructions: u64,
-    /// Those of them in waiting loops that were skipped: they change nothing.
+    /// Instructions among them that were skipped in waiting loops: they change nothing.
     pub skipped: u64,
     /// Cycles for which the core has waited for the flash memory, whether they took time or not.
     pub stalls: u64,
@@ -64,7 +64,7 @@ impl Execution {
         }
     }
 
-    /// What has been done so far.
+    /// Counts of what has been done so far.
     pub(super) fn counters(&self) -> Counters {
         Counters { cycles: self.now, stalls: self.cpu.stalls(), ..self.counters }
     }
@@ -128,9 +128,9 @@ impl Execution {
         }
     }
 
-    /// For long there has been no access to the chip. If the program goes round in a circle of one or two instructions,
-    /// as one that hangs does, it will do so until an interrupt comes: goes on by as many rounds as there are before
-    /// `due`.
+    /// Goes on when for long there has been no access to the chip. If the program goes round in a circle of one or two
+    /// instructions, as one that hangs does, it will do so until an interrupt comes. In this case goes on by as many
+    /// rounds as there are before `due`.
     fn pass_over(&mut self, soc: &mut Soc, due: Cycles) {
         let first = self.begin_round();
         self.busy_since = self.now;

@@ -1,4 +1,4 @@
-//! What a machine consists of and is connected to, between two runs.
+//! The parts of a machine, and what it is connected to, between two runs.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -12,7 +12,7 @@ use crate::mcu::pinout::Pin;
 use crate::mcu::rs485::Rs485;
 use crate::mcu::serial::Incoming;
 use crate::mcu::soc::Soc;
-use crate::mcu::unit::Unit;
+use crate::mcu::unit::PeripheralName;
 use crate::mcu::usb::UsbHost;
 use crate::mcu::wiring::Wiring;
 
@@ -74,7 +74,7 @@ impl Machine {
         Part { soc: &mut self.soc, of: Soc::board, of_mut: Soc::board_mut }
     }
 
-    /// What the microcontroller's pins are connected to.
+    /// The wiring of the microcontroller's pins.
     pub fn wiring(&mut self) -> Part<'_, Wiring> {
         Part { soc: &mut self.soc, of: |soc| &soc.wiring, of_mut: |soc| &mut soc.wiring }
     }
@@ -88,7 +88,7 @@ impl Machine {
     pub fn can(&mut self) -> Part<'_, Can> {
         let of_mut: fn(&mut Soc) -> &mut Can = |soc| {
             soc.peripherals.can.advance(soc.now);
-            soc.agenda.touch(Unit::Can1);
+            soc.agenda.touch(PeripheralName::Can1);
             &mut soc.peripherals.can
         };
         Part { soc: &mut self.soc, of: |soc| &soc.peripherals.can, of_mut }
@@ -134,7 +134,8 @@ impl Part<'_, Rs485> {
         self.send_at(0, bytes, baud)
     }
 
-    /// Others send bytes, one after the other, the first not before `at`. Gives the time at which the last stop bit ends.
+    /// Others send bytes, one after the other, the first not before `at`. Gives the time at which the last stop bit
+    /// ends.
     pub fn send_at(&mut self, at: Nanos, bytes: &[u8], baud: u32) -> Nanos {
         let start = at.max(self.soc.present());
         for &byte in bytes {
@@ -143,8 +144,8 @@ impl Part<'_, Rs485> {
         self.last_end().unwrap_or(at)
     }
 
-    /// Others bring `bits` levels (at most 128) to the bus, from the lowest of `levels` on, `baud` of them a second, not
-    /// before `at`: a break, or noise. The first one is to be low. Gives the time at which the last one ends.
+    /// Others bring `bits` levels (at most 128) to the bus, from the lowest of `levels` on, `baud` of them a second,
+    /// not before `at`: a break, or noise. The first one is to be low. Gives the time at which the last one ends.
     pub fn send_levels(&mut self, at: Nanos, levels: u128, bits: u32, baud: u32) -> Nanos {
         let start = at.max(self.soc.present());
         self.push(Incoming { start, levels, bits: bits.min(128), baud });
@@ -165,14 +166,14 @@ impl Part<'_, UsbHost> {
     pub fn plug(&mut self, on: bool) {
         let Soc { host, peripherals, agenda, time, now, .. } = &mut *self.soc;
         host.set_plugged(time.nanos(*now), on, &mut peripherals.otg);
-        agenda.touch(Unit::OtgFs);
+        agenda.touch(PeripheralName::OtgFs);
     }
 
-    /// The host resets the port, enumerates the module and opens its serial port, as one that starts anew: what was half
-    /// said is lost.
+    /// The host resets the port, enumerates the module and opens its serial port, as one that starts anew: what was
+    /// half said is lost.
     pub fn reset(&mut self) {
         let Soc { host, peripherals, agenda, time, now, .. } = &mut *self.soc;
         host.start_anew(time.nanos(*now), &mut peripherals.otg);
-        agenda.touch(Unit::OtgFs);
+        agenda.touch(PeripheralName::OtgFs);
     }
 }

@@ -4,7 +4,7 @@ use super::Soc;
 use super::watched::Watched;
 use crate::mcu::cpu::Bus;
 use crate::mcu::peripheral::{Cycles, Refusal};
-use crate::mcu::unit::{SIZE, Unit};
+use crate::mcu::unit::{PeripheralName, SIZE};
 
 impl Bus for Soc {
     fn read(&mut self, now: Cycles, address: u32, bytes: u32) -> u32 {
@@ -35,7 +35,7 @@ impl Bus for Soc {
 
 impl Soc {
     /// Finds the peripheral of an access and brings it up to date.
-    fn enter(&mut self, address: u32, written: Option<u32>) -> Option<(Unit, u32)> {
+    fn enter(&mut self, address: u32, written: Option<u32>) -> Option<(PeripheralName, u32)> {
         let Some((unit, offset)) = self.decoder.find(address) else {
             self.refuse("nothing known", address % SIZE, address, written, "this peripheral is not modelled");
             return None;
@@ -54,10 +54,10 @@ impl Soc {
             self.sync();
             self.wiring.drive(&mut self.peripherals.ports);
         }
-        if unit == Unit::GpioA {
+        if unit == PeripheralName::GpioA {
             self.wiring.join_pads(&mut self.peripherals.ports);
         }
-        if unit == Unit::Tim4 && self.peripherals.timers[2].follows_encoder() {
+        if unit == PeripheralName::Tim4 && self.peripherals.timers[2].follows_encoder() {
             self.sync();
             if let Some(count) = self.wiring.encoder(&self.peripherals.ports) {
                 self.peripherals.timers[2].follow(count);
@@ -70,7 +70,7 @@ impl Soc {
 
     fn outcome<T>(
         &mut self,
-        unit: Unit,
+        unit: PeripheralName,
         offset: u32,
         address: u32,
         written: Option<u32>,

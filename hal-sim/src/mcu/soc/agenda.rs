@@ -1,19 +1,19 @@
-//! What the chip has to look at: peripherals that have been accessed, and those that have an event; and the interrupts
-//! they want.
+//! Peripherals that the chip has to look at: those that have been accessed, and those that have an event; and the
+//! interrupts they want.
 
 use crate::mcu::peripheral::{Cycles, NEVER, Peripheral, bit};
 use crate::mcu::step::LINES;
-use crate::mcu::unit::{Unit, Units};
+use crate::mcu::unit::{PeripheralName, Units};
 
 /// When each peripheral is to be looked at, and what it was seen to want.
 #[derive(Debug)]
 pub(in crate::mcu) struct Agenda {
     /// When each peripheral has its next event.
-    due: [Cycles; Unit::ALL.len()],
+    due: [Cycles; PeripheralName::ALL.len()],
     /// The first of these.
     next: Cycles,
     /// Interrupt lines of each peripheral.
-    lines: [u32; Unit::ALL.len()],
+    lines: [u32; PeripheralName::ALL.len()],
     /// Peripherals that have been accessed, or had an event.
     touched: Units,
     /// All interrupt lines.
@@ -24,9 +24,9 @@ impl Agenda {
     /// Nothing is due.
     pub(super) fn new() -> Self {
         Self {
-            due: [NEVER; Unit::ALL.len()],
+            due: [NEVER; PeripheralName::ALL.len()],
             next: NEVER,
-            lines: [0; Unit::ALL.len()],
+            lines: [0; PeripheralName::ALL.len()],
             touched: Units::default(),
             interrupts: [0; LINES],
         }
@@ -34,7 +34,7 @@ impl Agenda {
 
     /// A peripheral is to be looked at.
     #[inline]
-    pub(in crate::mcu) fn touch(&mut self, unit: Unit) {
+    pub(in crate::mcu) fn touch(&mut self, unit: PeripheralName) {
         self.touched.insert(unit);
     }
 
@@ -44,7 +44,7 @@ impl Agenda {
     }
 
     /// All peripherals but one are to be looked at.
-    pub(super) fn touch_all_but(&mut self, unit: Unit) {
+    pub(super) fn touch_all_but(&mut self, unit: PeripheralName) {
         self.touched.insert_all_but(unit);
     }
 
@@ -56,7 +56,7 @@ impl Agenda {
 
     /// Whether the event of a peripheral has come by `now`.
     #[inline]
-    pub(super) fn is_due(&self, unit: Unit, now: Cycles) -> bool {
+    pub(super) fn is_due(&self, unit: PeripheralName, now: Cycles) -> bool {
         self.due[unit as usize] <= now
     }
 
@@ -73,7 +73,7 @@ impl Agenda {
     }
 
     /// Asks a peripheral for its next event and its interrupts.
-    pub(super) fn refresh(&mut self, unit: Unit, peripheral: &dyn Peripheral) {
+    pub(super) fn refresh(&mut self, unit: PeripheralName, peripheral: &dyn Peripheral) {
         let (due, lines) = (peripheral.next_event(), peripheral.interrupts());
         let before = std::mem::replace(&mut self.due[unit as usize], due);
         if due <= self.next {

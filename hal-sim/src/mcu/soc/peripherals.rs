@@ -14,7 +14,7 @@ use crate::mcu::rcc::{Cause, Rcc};
 use crate::mcu::spi::Spi;
 use crate::mcu::syscfg::Syscfg;
 use crate::mcu::timer::Timer;
-use crate::mcu::unit::Unit;
+use crate::mcu::unit::PeripheralName;
 use crate::mcu::usart::Usart;
 use crate::mcu::usb::Otg;
 
@@ -65,35 +65,35 @@ impl Peripherals {
 
     /// The peripheral of this name.
     #[inline]
-    pub(super) fn of(&mut self, unit: Unit) -> &mut dyn Peripheral {
+    pub(super) fn of(&mut self, unit: PeripheralName) -> &mut dyn Peripheral {
         match unit {
-            Unit::GpioA => &mut self.ports[0],
-            Unit::GpioB => &mut self.ports[1],
-            Unit::GpioC => &mut self.ports[2],
-            Unit::GpioD => &mut self.ports[3],
-            Unit::GpioE => &mut self.ports[4],
-            Unit::Rcc => &mut self.rcc,
-            Unit::Flash => &mut self.flash,
-            Unit::Pwr => &mut self.pwr,
-            Unit::Syscfg => &mut self.syscfg,
-            Unit::Exti => &mut self.exti,
-            Unit::Dbgmcu => &mut self.dbgmcu,
-            Unit::Tim2 => &mut self.timers[0],
-            Unit::Tim3 => &mut self.timers[1],
-            Unit::Tim4 => &mut self.timers[2],
-            Unit::Tim5 => &mut self.timers[3],
-            Unit::Usart1 => &mut self.usarts[0],
-            Unit::Usart2 => &mut self.usarts[1],
-            Unit::Usart3 => &mut self.usarts[2],
-            Unit::Spi1 => &mut self.spis[0],
-            Unit::Spi2 => &mut self.spis[1],
-            Unit::Spi3 => &mut self.spis[2],
-            Unit::Dma1 => &mut self.dmas[0],
-            Unit::Dma2 => &mut self.dmas[1],
-            Unit::Adc1 => &mut self.adc,
-            Unit::Iwdg => &mut self.iwdg,
-            Unit::Can1 => &mut self.can,
-            Unit::OtgFs => &mut self.otg,
+            PeripheralName::GpioA => &mut self.ports[0],
+            PeripheralName::GpioB => &mut self.ports[1],
+            PeripheralName::GpioC => &mut self.ports[2],
+            PeripheralName::GpioD => &mut self.ports[3],
+            PeripheralName::GpioE => &mut self.ports[4],
+            PeripheralName::Rcc => &mut self.rcc,
+            PeripheralName::Flash => &mut self.flash,
+            PeripheralName::Pwr => &mut self.pwr,
+            PeripheralName::Syscfg => &mut self.syscfg,
+            PeripheralName::Exti => &mut self.exti,
+            PeripheralName::Dbgmcu => &mut self.dbgmcu,
+            PeripheralName::Tim2 => &mut self.timers[0],
+            PeripheralName::Tim3 => &mut self.timers[1],
+            PeripheralName::Tim4 => &mut self.timers[2],
+            PeripheralName::Tim5 => &mut self.timers[3],
+            PeripheralName::Usart1 => &mut self.usarts[0],
+            PeripheralName::Usart2 => &mut self.usarts[1],
+            PeripheralName::Usart3 => &mut self.usarts[2],
+            PeripheralName::Spi1 => &mut self.spis[0],
+            PeripheralName::Spi2 => &mut self.spis[1],
+            PeripheralName::Spi3 => &mut self.spis[2],
+            PeripheralName::Dma1 => &mut self.dmas[0],
+            PeripheralName::Dma2 => &mut self.dmas[1],
+            PeripheralName::Adc1 => &mut self.adc,
+            PeripheralName::Iwdg => &mut self.iwdg,
+            PeripheralName::Can1 => &mut self.can,
+            PeripheralName::OtgFs => &mut self.otg,
         }
     }
 }

@@ -4,7 +4,7 @@ use super::Soc;
 use crate::clock::{MICROSECOND, Nanos};
 use crate::mcu::gpio::Gpio;
 use crate::mcu::peripheral::{Cycles, NEVER, Peripheral};
-use crate::mcu::unit::Unit;
+use crate::mcu::unit::PeripheralName;
 use crate::mcu::wiring::SpiBus;
 
 /// How long the channels inside the chip have to be sampled (table 70 of the datasheet).
@@ -20,7 +20,7 @@ impl Soc {
     }
 
     /// Brings the levels of the pins to the board.
-    pub(super) fn connect(&mut self, unit: Unit) {
+    pub(super) fn connect(&mut self, unit: PeripheralName) {
         self.sync();
         if let Err(reason) = self.wiring.connect(self.now, &self.peripherals.ports, self.clocks.mco1, &self.time) {
             let description = unit.description();
@@ -36,7 +36,7 @@ impl Soc {
         match self.wiring.exchange(bus, &self.peripherals.ports, mode, word, &self.time) {
             Ok(miso) => self.peripherals.spis[index].complete(miso),
             Err(reason) => {
-                let base = if index == 0 { Unit::Spi1 } else { Unit::Spi3 }.description();
+                let base = if index == 0 { PeripheralName::Spi1 } else { PeripheralName::Spi3 }.description();
                 self.refuse(base.name, 0, base.base, None, reason);
             }
         }
@@ -52,7 +52,7 @@ impl Soc {
             if let Some(edge) = self.wiring.rs485.hear(now.max(start), connected, &self.time) {
                 self.peripherals.usarts[2].advance(self.now);
                 self.peripherals.usarts[2].receive(edge);
-                self.agenda.touch(Unit::Usart3);
+                self.agenda.touch(PeripheralName::Usart3);
             }
         }
     }
@@ -67,7 +67,7 @@ impl Soc {
             levels | port & 1 << line
         });
         self.peripherals.exti.set_levels(levels);
-        self.refresh(Unit::Exti);
+        self.refresh(PeripheralName::Exti);
     }
 
     /// The converter has sampled a channel.
@@ -75,7 +75,7 @@ impl Soc {
         let Some(channel) = self.peripherals.adc.take_done() else { return };
         self.sync();
         if channel >= 16 && self.peripherals.adc.sampling(channel) < self.time.span(INNER_SAMPLING) {
-            let base = Unit::Adc1.description().base;
+            let base = PeripheralName::Adc1.description().base;
             self.refuse("ADC1", 0, base, None, "the channels inside the chip want 10 us to be sampled");
         }
         let connected = channel < 16 || self.peripherals.adc.inner_channels();

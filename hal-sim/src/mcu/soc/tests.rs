@@ -81,8 +81,8 @@ fn the_board_is_at_the_pins() {
 
 #[test]
 fn another_board_is_at_other_pins() {
-    // Two axes on two controllers. Chip selects at PB0 and PB1, outputs at PB4 and PB5, IN0 at PB8, home of axis 1 at PB9, its
-    // SG_TST at PB10.
+    // Two axes on two controllers. Chip selects at PB0 and PB1, outputs at PB4 and PB5, IN0 at PB8, home of axis 1 at
+    // PB9, its SG_TST at PB10.
     static KIND: BoardKind = BoardKind { controllers: &[1, 1], inputs: &[Input::Free], ..TMCM_1140 };
     static PINOUT: Pinout = Pinout {
         selects: &[((1, 0), Chip::Tmc429(0)), ((1, 1), Chip::Tmc429(1))],

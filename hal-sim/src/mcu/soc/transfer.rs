@@ -1,14 +1,14 @@
-//! What the DMA controllers move between peripherals and memory.
+//! The data that the DMA controllers move between peripherals and memory.
 
 use super::Soc;
 use crate::mcu::dma::Item;
 use crate::mcu::peripheral::Peripheral;
-use crate::mcu::unit::Unit;
+use crate::mcu::unit::PeripheralName;
 
 impl Soc {
     /// Moves the items that DMA streams are asked for.
     pub(super) fn transfer(&mut self) {
-        let controllers = [Unit::Dma1, Unit::Dma2];
+        let controllers = [PeripheralName::Dma1, PeripheralName::Dma2];
         for (index, controller) in controllers.into_iter().enumerate() {
             loop {
                 let item = self.peripherals.dmas[index].items().find(|item| self.asks(item));
@@ -26,13 +26,13 @@ impl Soc {
     /// Whether the peripheral of an item asks for it.
     fn asks(&self, item: &Item) -> bool {
         let requests = match item.unit {
-            Unit::Spi1 => self.peripherals.spis[0].requests(),
-            Unit::Spi2 => self.peripherals.spis[1].requests(),
-            Unit::Spi3 => self.peripherals.spis[2].requests(),
-            Unit::Usart1 => self.peripherals.usarts[0].requests(),
-            Unit::Usart2 => self.peripherals.usarts[1].requests(),
-            Unit::Usart3 => self.peripherals.usarts[2].requests(),
-            Unit::Adc1 => self.peripherals.adc.requests(),
+            PeripheralName::Spi1 => self.peripherals.spis[0].requests(),
+            PeripheralName::Spi2 => self.peripherals.spis[1].requests(),
+            PeripheralName::Spi3 => self.peripherals.spis[2].requests(),
+            PeripheralName::Usart1 => self.peripherals.usarts[0].requests(),
+            PeripheralName::Usart2 => self.peripherals.usarts[1].requests(),
+            PeripheralName::Usart3 => self.peripherals.usarts[2].requests(),
+            PeripheralName::Adc1 => self.peripherals.adc.requests(),
             _ => return false,
         };
         if item.transmit { requests.transmit } else { requests.receive }

@@ -1,6 +1,6 @@
 //! The register that the program reads again and again.
 
-use crate::mcu::unit::Unit;
+use crate::mcu::unit::PeripheralName;
 
 /// Reads of the same value from the same register that look like waiting.
 const SPIN: u32 = 2;
@@ -16,7 +16,7 @@ pub(in crate::mcu) struct Watched {
 impl Watched {
     /// The program has read `value`.
     #[inline]
-    pub(super) fn note(&mut self, unit: Unit, address: u32, value: u32) {
+    pub(super) fn note(&mut self, unit: PeripheralName, address: u32, value: u32) {
         if self.address == address && self.value == value && unit.changes_by_events() {
             self.times += 1;
         } else {

@@ -1,4 +1,4 @@
-//! What a host has learnt of a device, from its descriptors.
+//! Facts that a host has learnt of a device, from its descriptors.
 
 /// Kinds of descriptors.
 const INTERFACE: u8 = 4;
@@ -8,7 +8,7 @@ const COMMUNICATION: u8 = 2;
 /// Kind of the endpoints that carry a serial port's bytes.
 const BULK: u8 = 2;
 
-/// What the host has learnt of the device.
+/// Facts that the host has learnt of the device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UsbDevice {
     /// The device descriptor.
@@ -19,7 +19,7 @@ pub struct UsbDevice {
     pub strings: [Option<String>; 3],
     /// Whether it is configured and its port open.
     pub open: bool,
-    /// What went wrong, if something did.
+    /// The mistake, in words, if something went wrong.
     pub failed: Option<&'static str>,
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Endpoint {
     pub(super) ctl: u32,
     pub(super) int: u32,
     pub(super) tsiz: u32,
-    /// What is to be sent.
+    /// The words that are to be sent.
     pub(super) fifo: VecDeque<u32>,
 }
 

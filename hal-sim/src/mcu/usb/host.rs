@@ -45,7 +45,7 @@ pub struct UsbTimes {
     pub ready: Nanos,
 }
 
-/// What a request is for.
+/// The purpose of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
     Device,
@@ -70,7 +70,7 @@ enum Stage {
 struct Transfer {
     purpose: Purpose,
     setup: [u8; 8],
-    /// What is sent, or has been received.
+    /// The bytes that are sent, or have been received.
     data: Vec<u8>,
     stage: Stage,
     until: Nanos,
@@ -81,7 +81,7 @@ enum State {
     Unplugged,
     /// Waits for the device to show itself.
     Waiting,
-    /// It has; since then.
+    /// The device has shown itself, at this time.
     Seen(Nanos),
     /// The bus has been reset.
     Reset(Nanos),
@@ -162,7 +162,7 @@ impl UsbHost {
         }
     }
 
-    /// What is known of the device.
+    /// Gives what is known of the device.
     pub fn device(&self) -> &UsbDevice {
         &self.device
     }
@@ -183,7 +183,8 @@ impl UsbHost {
         self.deaf = !on;
     }
 
-    /// What has come from the port since the last call, each with the short packet that ends it, and when.
+    /// Takes the transfers that have come from the port since the last call, each with the short packet that ends it,
+    /// and when.
     pub fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         std::mem::take(&mut self.incoming)
     }

@@ -1,8 +1,8 @@
 //! OTG_FS as a device (RM0090 34.16): endpoints, the shared receive FIFO, a transmit FIFO each.
 //!
-//! The host drives it by packets. An OUT endpoint takes a packet when it is active and not NAKing; that EPENA has to
-//! be set again for each transfer, as the manual says, is not asked for. Isochronous endpoints, the host role and
-//! sleep are not modelled.
+//! The host drives it by packets. An OUT endpoint takes a packet when it is active and not NAKing. The manual says that
+//! EPENA has to be set again for each transfer; this is not asked for. Isochronous endpoints, the host role and sleep
+//! are not modelled.
 
 use std::collections::VecDeque;
 
@@ -74,7 +74,7 @@ const OUT_DONE: u32 = 3;
 const SETUP_DONE: u32 = 4;
 const SETUP_DATA: u32 = 6;
 
-/// What an endpoint answers.
+/// The answer of an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Handshake {
     /// Taken; with the data, where the host has asked for them.

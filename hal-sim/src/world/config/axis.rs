@@ -127,16 +127,16 @@ pub struct MotorTable {
     pub inertia: f64,
     /// Resistance of a phase in ohms, 0.01..=1000, 1.4 by default.
     pub resistance: f64,
-    /// Inductance of a phase in millihenries, 0.0..=1000, 3 by default. 0 is a motor that has all of its torque at any speed, and
-    /// no drag.
+    /// Inductance of a phase in millihenries, 0.0..=1000, 3 by default. 0 is a motor that has all of its torque at any
+    /// speed, and no drag.
     pub inductance: f64,
-    /// Torque in newton metres that the motor holds with the rated current in both phases, 0.001..=100, 0.59 by default. With the
-    /// rated current it says how much back-EMF there is.
+    /// Torque in newton metres that the motor holds with the rated current in both phases, 0.001..=100, 0.59 by
+    /// default. With the rated current it says how much back-EMF there is.
     pub holding_torque: f64,
     /// Rated current of a phase in amperes, 0.01..=100, 2 by default.
     pub rated_current: f64,
-    /// Fraction of the torque at full current that a speed of 1000 full steps/s takes, and twice as much at twice the speed: what
-    /// is lost in bearings and iron; 0.0..=1.0, 0.012 by default.
+    /// Fraction of the torque at full current that a speed of 1000 full steps/s takes, and twice as much at twice the
+    /// speed. It is lost in bearings and iron. The range is 0.0..=1.0; it is 0.012 by default.
     pub drag: f64,
     /// Speed in full steps per second up to which a stalled rotor falls in again, 1..=100000, 200 by
     /// default.
@@ -147,8 +147,8 @@ pub struct MotorTable {
     pub stall_guard_zero: i32,
     /// By how much the reading of a motor with its whole torque in reserve is above that, 1..=1023, 512 by default.
     pub stall_guard_span: u32,
-    /// Speed in full steps per second below which this difference falls in proportion to the speed, 0..=100000; 0, the
-    /// default, is a motor that has all of it at any speed.
+    /// Speed in full steps per second below which this difference falls in proportion to the speed, 0..=100000. The
+    /// default, 0, is a motor that has all of it at any speed.
     pub stall_guard_speed: u32,
 }
 
@@ -162,7 +162,7 @@ impl MotorTable {
         (self.inductance > 0.0).then(winding)
     }
 
-    /// What stallGuard2 makes of the load on this motor.
+    /// Gives the response of stallGuard2 to the load on this motor.
     pub fn response(&self) -> Response {
         Response {
             zero: self.stall_guard_zero,
@@ -188,8 +188,8 @@ impl Default for MotorTable {
             inductance: 3.0,
             holding_torque: 0.59,
             rated_current: 2.0,
-            // Its data sheet has no word on that. With this much it gives up without a load at 3500 rpm, by 24 V and at the
-            // full current of a TMCM-1140.
+            // Its data sheet has no word on that. With this much it gives up without a load at 3500 rpm, by 24 V and at
+            // the full current of a TMCM-1140.
             drag: 0.012,
             pull_in: MotorConfig::default().pull_in,
             stall_guard_noise: usual.noise,
@@ -223,6 +223,7 @@ impl AbnConfig {
 pub struct EncoderTable {
     /// Position of the rotor, in 1/256 full steps, at which the sensor reads zero.
     pub offset: i64,
-    /// By how many counts of 1024 in a turn a reading is off at most, 0..=511, 0 by default: in each millisecond by another number.
+    /// By how many counts of 1024 in a turn a reading is off at most, 0..=511, 0 by default: in each millisecond by
+    /// another number.
     pub noise: u32,
 }

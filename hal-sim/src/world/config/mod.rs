@@ -1,8 +1,8 @@
 //! The world file: a description in TOML of what is around the module. Every table and every entry may be left out;
 //! `hal-sim/worlds/stage.toml` shows all of them, and `gantry.toml` beside it three axes.
 //!
-//! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis n -
-//! 1: an entry in one of its tables (`[axis.motor]` ...) replaces the entry that holds for all axes, and leaves the
+//! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis
+//! n - 1. An entry in one of its tables (`[axis.motor]` ...) replaces the entry that holds for all axes, and leaves the
 //! others as they are.
 
 mod axis;
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    /// What gantry.toml has in a comment, for the products that have pins for encoders.
+    /// Reads the lines that gantry.toml has in a comment, for the products that have pins for encoders.
     #[test]
     fn the_encoder_of_the_example_with_three_axes_is_valid_where_there_are_pins_for_it() {
         let text = std::fs::read_to_string(format!("{WORLDS}/gantry.toml")).unwrap();

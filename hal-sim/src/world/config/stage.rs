@@ -20,8 +20,8 @@ pub struct StageConfig {
     /// Number of positions that keep the right switch closed, 1 or more: from `right` to `right + right_width - 1`,
     /// both included.
     pub right_width: Option<i64>,
-    /// The motor is built in the other way round: the left switch is where positions are high and is closed at its
-    /// position and above, the right one is where they are low and is closed at its position and below.
+    /// Whether the motor is built in the other way round. The left switch is then where positions are high and is
+    /// closed at its position and above. The right one is where they are low and is closed at its position and below.
     pub reversed: bool,
     /// The home switch is closed from the first to the second position, both included.
     pub home: Option<[i64; 2]>,

@@ -1,4 +1,4 @@
-//! What is wrong with an entry of a world file, and the line of the file that has the entry.
+//! The mistake in an entry of a world file, and the line of the file that has the entry.
 
 use core::fmt;
 use toml::de::{DeTable, DeValue};
@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 /// The largest position that a world file may have, so that no sum overflows.
 pub(super) const FARTHEST: i64 = 1 << 40;
 
-/// What is wrong with an entry.
+/// The mistake in an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Wrong {
     /// The entries that contradict each other, such as `stage.left`. The first is the one to be told of; the others are
@@ -20,8 +20,8 @@ impl Wrong {
         Self { entries, why }
     }
 
-    /// The number, from 1, of the line that has the entry: in the table of the axis with this number, if it is one of an
-    /// axis, or in the tables that all axes have in common.
+    /// The number, from 1, of the line that has the entry. If the entry is one of an axis, this is in the table of the
+    /// axis with this number, or in the tables that all axes have in common.
     pub(super) fn line(&self, text: &str, axis: Option<usize>) -> Option<usize> {
         let file = DeTable::parse(text).ok()?;
         let own = axis.and_then(|axis| match entry(file.get_ref(), "axis")?.1 {

@@ -30,9 +30,10 @@ impl Acceleration {
         self.since = at;
     }
 
-    /// The field has moved by `delta` at `at`. Measures its speed over electrical periods, and its acceleration from one
-    /// period to the next: the change of the mean speeds over the time between the middles of the two periods. The first
-    /// period after a rest only gives a speed to start from. Returns whether the demand is measured anew.
+    /// The field has moved by `delta` at `at`. Measures its speed over electrical periods, and its acceleration from
+    /// one period to the next. The acceleration is the change of the mean speeds over the time between the middles of
+    /// the two periods. The first period after a rest only gives a speed to start from. Returns whether the demand is
+    /// measured anew.
     #[cold]
     pub(super) fn measure(&mut self, at: Nanos, delta: i64, inertia: u32) -> bool {
         self.moved += delta;

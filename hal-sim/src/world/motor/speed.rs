@@ -3,9 +3,9 @@
 use super::{FULL_STEP, PERIOD};
 use crate::clock::{Nanos, SECOND};
 
-/// The measurement of the field's speed: from one multiple of an electrical period to the next. The steps that pass one are
-/// whole full steps, of which a motor is always told by themselves, so that the measurement does not depend on how many of the
-/// steps in between it is told at once.
+/// The measurement of the field's speed: from one multiple of an electrical period to the next. The steps that pass one
+/// are whole full steps, of which a motor is always told by themselves. So the measurement does not depend on how many
+/// of the steps in between it is told at once.
 #[derive(Clone, Debug)]
 pub(super) struct Speed {
     /// The number of the period in which the field is.
@@ -30,8 +30,8 @@ impl Speed {
         self.value
     }
 
-    /// The time at which a field that made its last step at `last` counts as resting: no step has come for as long as the last
-    /// period took. `None` for one that rests already.
+    /// The time at which a field that made its last step at `last` counts as resting: no step has come for as long as
+    /// the last period took. `None` for one that rests already.
     #[inline]
     pub(super) fn rests_at(&self, last: Nanos) -> Option<Nanos> {
         (self.took != 0).then(|| last + self.took)

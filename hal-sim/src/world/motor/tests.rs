@@ -153,7 +153,7 @@ fn inertia_limits_the_acceleration() {
 }
 
 /// A rotor that has lost the field to its own inertia falls in when the field is slow again, and begins to be
-/// accelerated anew: a field that then goes on at its speed demands nothing.
+/// accelerated anew. A field that then goes on at its speed demands nothing.
 #[test]
 fn inertia_counts_anew_after_a_loss() {
     let config = MotorConfig { inertia: FULL_TORQUE / 2, pull_in: 2_000, ..MotorConfig::default() };

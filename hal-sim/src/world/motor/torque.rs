@@ -3,8 +3,8 @@
 use super::FULL_TORQUE;
 use core::f64::consts::{FRAC_PI_2, SQRT_2};
 
-/// What the bridges and the sense resistor take of the supply, in volts: two MOSFETs of some 40 mOhm and 100 mOhm for the
-/// sense resistor at 2.8 A are 0.5 V.
+/// Voltage that the bridges and the sense resistor take of the supply, in volts. Two MOSFETs of some 40 mOhm and 100
+/// mOhm for the sense resistor at 2.8 A are 0.5 V.
 const BRIDGE_DROP: f64 = 0.5;
 
 /// The winding of a motor at a driver.
@@ -21,9 +21,9 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// The winding of a motor from the figures of its data sheet, at a driver whose full current is `full_current` amperes RMS.
-    /// The holding torque, in newton metres, is that of two phases with the rated current: K I sqrt(2). A motor has a pole
-    /// pair for each four full steps of a turn, and K = `pairs` K'.
+    /// The winding of a motor from the figures of its data sheet, at a driver whose full current is `full_current`
+    /// amperes RMS. The holding torque, in newton metres, is that of two phases with the rated current: K I sqrt(2). A
+    /// motor has a pole pair for each four full steps of a turn, and K = `pairs` K'.
     pub fn of_data_sheet(
         [resistance, inductance]: [f64; 2],
         (holding_torque, rated_current): (f64, f64),
@@ -35,10 +35,10 @@ impl Winding {
         Self { resistance, inductance, back_emf, full_current: full_current * SQRT_2 }
     }
 
-    /// The torque, in 1/65536 of that at full current, that `volts` of supply let through at a speed in full steps per second:
-    /// K (V / Z - K' w R / Z^2), where Z^2 = R^2 + (w L)^2 and w is the electrical angular speed, a quarter of a turn for each
-    /// full step (Acarnley, Stepping Motors: the pull-out torque under constant voltage). Without enough voltage for the
-    /// back-EMF it is 0.
+    /// The torque, in 1/65536 of that at full current, that `volts` of supply let through at a speed in full steps per
+    /// second. It is K (V / Z - K' w R / Z^2), where Z^2 = R^2 + (w L)^2. The electrical angular speed is w, a quarter
+    /// of a turn for each full step (Acarnley, Stepping Motors: the pull-out torque under constant voltage). Without
+    /// enough voltage for the back-EMF it is 0.
     pub fn torque(&self, volts: f64, full_steps: f64) -> u32 {
         let Self { resistance, inductance, back_emf, full_current } = *self;
         let speed = full_steps * FRAC_PI_2;
@@ -60,8 +60,9 @@ mod tests {
         Winding::of_data_sheet([1.4, 3.0e-3], (0.59, 2.0), 200, 2.0)
     }
 
-    /// 0.59 Nm / (sqrt(2) x 2 A x 50) = 4.172 mVs. At 3000 full steps/s w is 4712.4 / s, w L is 14.14 ohms and Z 14.21 ohms:
-    /// 23.5 V / 14.21 ohms = 1.654 A, less 4.172 mVs x 4712.4 / s x 1.4 ohms / 201.8 ohms^2 = 0.136 A; 1.518 A of 2.828 A.
+    /// 0.59 Nm / (sqrt(2) x 2 A x 50) = 4.172 mVs. At 3000 full steps/s w is 4712.4 / s, w L is 14.14 ohms and Z 14.21
+    /// ohms. So 23.5 V / 14.21 ohms = 1.654 A. Of this 4.172 mVs x 4712.4 / s x 1.4 ohms / 201.8 ohms^2 = 0.136 A are
+    /// lost. What is left is 1.518 A of 2.828 A.
     #[test]
     fn a_worked_example() {
         assert!((winding().back_emf - 4.172e-3).abs() < 1e-6);

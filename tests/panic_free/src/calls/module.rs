@@ -6,13 +6,13 @@ use super::stand_ins::{Added, Built, Nobody, parts};
 use super::{Bare, command, now};
 use tmcm::device::{Device, Inputs, Inversion};
 use tmcm::firmware::{OnBoard, pass_on};
-use tmcm::module::{LinkMode, LinkSettings, Message, Module, Port, Request, Source, deliver, serve};
+use tmcm::module::{LinkMode, LinkPort, LinkSettings, Message, Module, Request, Source, deliver, serve};
 use tmcm::product::tmcm1140::AXIS;
 use tmcm::tmcl::binary::Addressed;
 
 #[inline(never)]
 pub(super) fn port() {
-    let mut port = Port::new(any(Source::Usb), any(LinkMode::Binary));
+    let mut port = LinkPort::new(any(Source::Usb), any(LinkMode::Binary));
     any(&mut port);
     let settings = any(LinkSettings::default());
     any(port.push(any(0), now(), || settings));
@@ -48,7 +48,7 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     any(device.begin(now(), &any(Inputs::default())));
     any(&mut device);
     any((device.next_piece(), device.deadline(), device.turn(), device.next_axis(now())));
-    device.next_lines();
+    device.next_interpolations();
     device.next_reading();
     any(&mut device);
     any((device.is_locked(), device.lacks_supply(), device.is_given_up(), device.stop_switches(any(0))));
@@ -61,8 +61,8 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     device.restart_at(now());
     any(device.restart());
     let _ = any(device.start_together(now(), &any([None; AXES])));
-    let _ = any(device.start_line(now(), &any([None; AXES])));
-    let _ = any(device.leave_line(any(0)));
+    let _ = any(device.start_interpolation(now(), &any([None; AXES])));
+    let _ = any(device.leave_interpolation(any(0)));
     let _ = any(device.repace(any(0)));
     let _ = any(device.command(any(0), |device| device.tell_each(any(0), |axis| axis.rotate(now(), any(0)))));
     any(device.store().get(any(0)));

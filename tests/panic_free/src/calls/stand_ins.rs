@@ -1,4 +1,4 @@
-//! What stands in for the board: chips, pins and links that answer anything, or fail.
+//! Stand-ins for the board: chips, pins and links that answer anything, or fail.
 
 use core::fmt::{self, Write};
 use core::hint::black_box as any;
@@ -10,7 +10,7 @@ use tmcm::can::Frame;
 use tmcm::canopen::{Bus, BusState, Filters};
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
-use tmcm::device::{Board, Controller, Controllers, Outputs, Parts};
+use tmcm::device::{Circuit, Controller, Controllers, Outputs, Parts};
 use tmcm::firmware::Surroundings;
 use tmcm::module::{Execute, Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source};
 use tmcm::motion::Foreseeable;
@@ -93,7 +93,7 @@ impl Built<3> for Tmcm3212 {
 /// All of it.
 pub(super) struct Bare<P, const AXES: usize>(PhantomData<P>);
 
-impl<P: Built<AXES>, const AXES: usize> Board for Bare<P, AXES> {
+impl<P: Built<AXES>, const AXES: usize> Circuit for Bare<P, AXES> {
     type Product = P;
     type Hardware = P::Hardware;
     type Controllers = P::Controllers;
@@ -115,7 +115,7 @@ pub(super) fn parts<P: Built<AXES>, const AXES: usize>() -> Option<Parts<Bare<P,
 /// The board of a CANopen node.
 pub(super) struct BareNode;
 
-impl Board for BareNode {
+impl Circuit for BareNode {
     type Product = Tmcm1140Canopen;
     type Hardware = Tmc429Tmc262<Chip, Chip>;
     type Controllers = [Controller<Self::Hardware>; 1];

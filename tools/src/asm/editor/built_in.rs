@@ -17,7 +17,7 @@ pub(super) struct BuiltIn {
 }
 
 impl BuiltIn {
-    /// Those of a product.
+    /// Collects the built-in names of a product.
     pub(super) fn of(product: Option<Product>) -> Self {
         let constants = product.map(|product| include::constants(product.spec()).collect());
         BuiltIn { product, constants: constants.unwrap_or_default() }

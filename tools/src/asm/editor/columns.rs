@@ -14,7 +14,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Those of a line in front of which so many units are none of its characters.
+    /// The columns of a line in front of which so many units are none of its characters.
     pub(super) fn of(text: &str, skipped: usize) -> Self {
         let units = (!text.is_ascii()).then(|| {
             let mut at = 0;

@@ -1,4 +1,4 @@
-//! What can be written at a place.
+//! Completion: the texts that can be written at a place.
 
 use std::ops::Range;
 use std::path::Path;
@@ -22,25 +22,25 @@ const FEWEST: usize = 3;
 /// How far a name stands back that has the letters, but does not begin with them.
 const WITHIN: u8 = 10;
 
-/// What can be written at a place.
+/// The texts that can be written at a place.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Completion {
     /// The columns that it replaces: what is written of it already, and the rest of that word.
     pub range: Range<usize>,
-    /// What can be written, what fits best first, and then by name; at most 200.
+    /// The texts that can be written, what fits best first, and then by name; at most 200.
     pub items: Vec<Item>,
 }
 
 /// Something that can be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Item {
-    /// What is written.
+    /// The text that is written.
     pub text: String,
-    /// What it is, in a few words.
+    /// An explanation of the text, in a few words.
     pub note: String,
 }
 
-/// What can be written at a place in the text with this name, which may include others, for a product.
+/// Finds what can be written at a place in the text with this name, which may include others, for a product.
 ///
 /// # Errors
 /// There is no such text.
@@ -80,7 +80,7 @@ pub fn complete(
     Ok(offers.completion(typed.range))
 }
 
-/// What can be written at a place in a command that stands alone, as it is sent to a module of this product.
+/// Finds what can be written at a place in a command that stands alone, as it is sent to a module of this product.
 pub fn complete_command(line: &str, product: Option<Product>, column: usize) -> Completion {
     let built_in = BuiltIn::of(product);
     let mut completion = Completion { range: column..column, items: Vec::new() };
@@ -100,20 +100,20 @@ pub fn complete_command(line: &str, product: Option<Product>, column: usize) -> 
     completion
 }
 
-/// What is wanted at a place.
+/// The kind of text that is wanted at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wanted {
     /// A directive, which has been begun.
     Directive,
-    /// What the place is for.
+    /// A text of the kind that the place is for.
     Slot(Slot),
 }
 
-/// What is written already at a place.
+/// The text that is written already at a place.
 struct Typed {
     /// The columns of the word.
     range: Range<usize>,
-    /// Its letters in front of the place.
+    /// The letters of the word in front of the place.
     letters: String,
     wanted: Wanted,
 }
@@ -161,9 +161,9 @@ fn is_word(token: &Token) -> bool {
     !matches!(token.kind, Kind::Symbol(_))
 }
 
-/// What is offered.
+/// The texts that are offered.
 struct Offers {
-    /// The letters that it has, in lower case.
+    /// The letters that each of them has, in lower case.
     letters: String,
     /// Each with its rank and its name in lower case, by which they are sorted.
     items: Vec<(u8, String, Item)>,

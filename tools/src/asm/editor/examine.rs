@@ -23,10 +23,10 @@ pub struct Examined {
     pub labels: Vec<Label>,
     /// Errors and warnings of the whole program, those that are shown.
     pub mistakes: Vec<Mistake>,
-    /// What is said where there are more of them.
+    /// The sentence for the user where there are more mistakes than are shown.
     pub more: Option<String>,
-    /// Number of commands of the whole program, with the STOP that is put at the end; where there are errors, of those that could
-    /// be read.
+    /// Number of commands of the whole program, with the STOP that is put at the end; where there are errors, of those
+    /// that could be read.
     pub used: usize,
     /// Number of commands that the product has room for; `None` for one that is not known.
     pub room: Option<usize>,
@@ -37,7 +37,7 @@ pub struct Examined {
 pub struct Label {
     /// The label.
     pub name: String,
-    /// Its line.
+    /// The line of the label.
     pub line: usize,
 }
 
@@ -48,11 +48,11 @@ pub struct Mistake {
     pub file: Option<String>,
     /// The line.
     pub line: usize,
-    /// Its columns; they may lie behind the end of the line.
+    /// The columns of the mistake; they may lie behind the end of the line.
     pub range: Range<usize>,
     /// Whether the program can be assembled all the same.
     pub severity: Severity,
-    /// What is wrong.
+    /// The message about the mistake.
     pub message: Message,
 }
 
@@ -83,8 +83,8 @@ pub fn examine(sources: &dyn Sources, main: &Path, product: Option<Product>) -> 
     Ok(Examined { lines, commands, labels, mistakes, more: Diagnostics::more(&diagnostics), used, room })
 }
 
-/// A diagnostic of the text with this name and of those that it includes. In front of the text's first line so many units are
-/// none of its characters.
+/// A diagnostic of the text with this name and of those that it includes. In front of the text's first line so many
+/// units are none of its characters.
 fn mistake(diagnostic: &Diagnostic, main: &Path, skipped: usize) -> Mistake {
     let Diagnostic { severity, location, message } = diagnostic;
     let (file, line, range) = match location {

@@ -1,4 +1,4 @@
-//! What stands at a place, in words.
+//! Explanations of what stands at a place, in words.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -17,12 +17,12 @@ use super::survey::{Defined, Meaning, Survey};
 use crate::product::{Product, parameter};
 use crate::sources::Sources;
 
-/// What stands at a place.
+/// An explanation of what stands at a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
-    /// Its columns.
+    /// The columns of what is explained.
     pub range: Range<usize>,
-    /// What it is.
+    /// The explanation, in words.
     pub words: String,
     /// Where it is defined, if that is in a text.
     pub definition: Option<Definition>,
@@ -39,8 +39,8 @@ pub struct Definition {
     pub column: usize,
 }
 
-/// What stands at a place in the text with this name, which may include others, for a product; `None` where nothing has a
-/// meaning of its own.
+/// Explains what stands at a place in the text with this name, which may include others, for a product; `None` where
+/// nothing has a meaning of its own.
 ///
 /// # Errors
 /// There is no such text.

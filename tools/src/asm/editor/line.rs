@@ -4,20 +4,20 @@ use super::super::source::{Problem, Span};
 use super::super::token::{Lexer, Token};
 use super::columns::Columns;
 
-/// What some texts have in front of their first line, which belongs to none.
+/// The character that some texts have in front of their first line; it belongs to no line.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// A line of a text.
 pub(super) struct Line<'a> {
-    /// Its number, from 0.
+    /// The number of the line, from 0.
     pub(super) number: usize,
-    /// Its characters.
+    /// The characters of the line.
     pub(super) text: &'a str,
     /// Number of units of UTF-16 in front of the line that are none of its characters.
     pub(super) skipped: usize,
-    /// Its tokens, up to the first mistake.
+    /// The tokens of the line, up to the first mistake.
     pub(super) tokens: Vec<Token>,
-    /// What begins no token.
+    /// The problem of characters that begin no token.
     pub(super) problem: Option<Problem>,
     /// The comments, and the parts of those that go over several lines.
     pub(super) comments: &'a [Span],

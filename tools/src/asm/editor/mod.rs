@@ -1,5 +1,5 @@
-//! What an editor of sources asks of the assembler: colours, mistakes with their places, what can be written at a place, and
-//! what stands there. A page, a language server and a debug adapter ask the same.
+//! Answers to what an editor of sources asks of the assembler: colours, mistakes with their places, what can be written
+//! at a place, and what stands there. A page, a language server and a debug adapter ask the same.
 //!
 //! Lines and columns count from 0 here, and columns are units of UTF-16, in which editors count.
 //!
@@ -8,8 +8,9 @@
 //! * [`complete`](complete()), [`complete_command`] - what can be written at a place
 //! * [`explain`](explain()) - what stands at a place, and where it is defined
 //!
-//! All but the mistakes is told of sources that cannot be assembled as well, and without assembling them: `line` cuts their lines,
-//! `survey` collects their names, `slot` says what a place is for, and `built_in` knows the names of a product.
+//! All but the mistakes is told of sources that cannot be assembled as well, and without assembling them: `line` cuts
+//! their lines, `survey` collects their names, `slot` says what a place is for, and `built_in` knows the names of a
+//! product.
 
 mod built_in;
 mod columns;

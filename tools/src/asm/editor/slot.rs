@@ -1,11 +1,11 @@
-//! What a place in a line is for.
+//! The purpose of a place in a line.
 
 use tmcm::tmcl::{Field, Instruction};
 
 use super::super::statement::labels;
 use super::super::token::{Kind, Token};
 
-/// What a place in a line is for.
+/// The purpose of a place in a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Slot {
     /// Nothing that has a name.
@@ -35,7 +35,7 @@ pub(super) struct Place {
 const NUMERIC: &[Field] = &[Field::Kind, Field::Motor, Field::Value];
 
 impl Slot {
-    /// What a place is for behind these tokens of its line.
+    /// Finds the purpose of a place behind these tokens of its line.
     pub(super) fn behind(tokens: &[Token]) -> Slot {
         let (_, tokens) = labels(tokens);
         let Some((first, rest)) = tokens.split_first() else { return Slot::Statement };

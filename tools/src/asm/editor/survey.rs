@@ -15,7 +15,7 @@ use super::built_in::BuiltIn;
 use super::line::{Line, each_line};
 use crate::sources::Sources;
 
-/// What a name of a program means.
+/// The meaning of a name of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     /// A place in the program.

@@ -20,7 +20,7 @@ pub enum PieceKind {
     Label,
     /// A number.
     Number,
-    /// One of `, : = + - * / ( )`.
+    /// A symbol: one of `, : = + - * / ( )`.
     Symbol,
     /// `#include` or `#nostop`, or what stands in its place.
     Directive,
@@ -35,9 +35,9 @@ pub enum PieceKind {
 /// A part of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// Its columns.
+    /// The columns of the part.
     pub range: Range<usize>,
-    /// What it is.
+    /// The kind of the part.
     pub kind: PieceKind,
 }
 

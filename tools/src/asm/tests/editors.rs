@@ -8,8 +8,8 @@ use super::*;
 const NAME: &str = "any.tmc";
 const KNOWN: Option<Product> = Some(Product::Tmcm1140);
 
-/// Asserts that editors are told the mistakes and commands that a source has, at the same places, and that nothing in it is a
-/// trouble to them.
+/// Asserts that editors are told the mistakes and commands that a source has, at the same places, and that nothing in
+/// it is a trouble to them.
 pub(super) fn agree(text: &str) {
     let sources = Texts([(PathBuf::from(NAME), text.into())].into());
     let name = Path::new(NAME);

@@ -242,7 +242,7 @@ fn warnings_have_the_place_of_the_operand() {
     assert_eq!(warnings.errors(), 0);
 }
 
-/// What pages and editors want of a message, they need not read out of its text.
+/// Pages and editors need not read out of the text of a message what they want of it.
 #[test]
 fn messages_have_fields() {
     let refused = |source: &str| {

@@ -37,7 +37,7 @@ struct Line {
 
 /// A panel: a diagram with one or more lines on the same scale.
 struct Panel {
-    /// What is drawn, with `{speed}` for the unit of speeds.
+    /// The name of what is drawn, with `{speed}` for the unit of speeds.
     name: &'static str,
     height: f64,
     /// The height where there are panels for several axes.
@@ -128,7 +128,7 @@ enum Content {
     Notes,
 }
 
-/// What is to be drawn.
+/// The recording that is to be drawn, with its program.
 struct Layout<'a> {
     recording: &'a Recording,
     program: &'a Program,

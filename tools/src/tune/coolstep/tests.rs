@@ -23,7 +23,8 @@ fn free(current: [i32; 2]) -> Row {
     Row { setting: None, free: reading([300, 300], current), loaded: None }
 }
 
-/// A run at a speed whose current with 172 = 5 is `chosen`, and `others` with the values of 170 and at last with 168 = 1.
+/// A run at a speed whose current with 172 = 5 is `chosen`, and `others` with the values of 170 and at last with 168 =
+/// 1.
 fn with_others(chosen: [i32; 2], others: [[i32; 2]; 6]) -> AtSpeed {
     let mut at_speed = at_speed(5, 8, 1);
     at_speed.starts[4].free = reading([300, 300], chosen);
@@ -37,15 +38,15 @@ fn number(parameter: P) -> Option<u8> {
 
 const CHOICE: Choice = Choice { start: 5, hysteresis: 0, minimum: 0 };
 
-/// What is proposed for a parameter: its value and the reason.
+/// The proposal for a parameter: its value and the reason.
 fn proposed(at_speed: &AtSpeed, choice: Choice, parameter: u8) -> (i32, String) {
     let proposals = propose(std::slice::from_ref(at_speed), choice, Some(7), 128, 0, "int", number);
     let found = proposals.into_iter().find(|found| found.parameter == parameter).unwrap();
     (found.value, found.reason)
 }
 
-/// Parameter 6 is of 255, a scale of 32 steps: with 128 the 17th, from which the current goes down to 0 in 16 measurements of
-/// four full steps.
+/// Parameter 6 is of 255, a scale of 32 steps: with 128 the 17th, from which the current goes down to 0 in 16
+/// measurements of four full steps.
 #[test]
 fn the_current_has_time_to_fall() {
     let settle = |current| method(current).settle;
@@ -83,7 +84,8 @@ fn the_middle_of_the_starts_that_save_is_chosen() {
     assert_eq!(choose_start(&[dim]), Ok(3));
 }
 
-/// Of the values that leave the current whole under load, those count with which it is lowest without, be there one or many.
+/// Of the values that leave the current whole under load, those count with which it is lowest without, be there one or
+/// many.
 #[test]
 fn the_lowest_current_counts() {
     let mut at_speed = at_speed(5, 8, 1);
@@ -109,8 +111,8 @@ fn hysteresis_and_minimum() {
     assert_eq!(chosen(with_others([6, 10], [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [5, 5]])), (2, 1));
 }
 
-/// The current swings if its samples are more than one step apart. It is as low as without a hysteresis if it is one step
-/// higher at most.
+/// The current swings if its samples are more than one step apart. It is as low as without a hysteresis if it is one
+/// step higher at most.
 #[test]
 fn a_current_is_steady_within_a_step() {
     let chosen = |swing, others| choose_hysteresis(&[with_others(swing, others)], 5);
@@ -156,8 +158,8 @@ fn times_follow_from_the_speed() {
     assert!(propose(&[], CHOICE, None, 128, 0, "int", number).is_empty());
 }
 
-/// What is proposed for 169 and 171 if the current falls by so many of 16 steps, and a full step takes so many microseconds:
-/// the values, and the milliseconds until the current is down, and whole again.
+/// The proposals for 169 and 171 if the current falls by so many of 16 steps, and a full step takes so many
+/// microseconds. They are the values, and the milliseconds until the current is down, and whole again.
 fn times(steps: i32, full_step: u64) -> [(i32, String); 2] {
     let mut at_speed = at_speed(5, 16 - steps, 1);
     at_speed.cruise.full_step = Duration::from_micros(full_step);
@@ -167,8 +169,8 @@ fn times(steps: i32, full_step: u64) -> [(i32, String); 2] {
     })
 }
 
-/// A measurement takes four full steps. A step down takes 32, 8, 2 or 1 of them, and all are to be done within 2 s. In one of
-/// them the current rises by 1, 2, 4 or 8 steps, and is to be whole within 100 ms.
+/// A measurement takes four full steps. A step down takes 32, 8, 2 or 1 of them, and all are to be done within 2 s. In
+/// one of them the current rises by 1, 2, 4 or 8 steps, and is to be whole within 100 ms.
 #[test]
 fn the_slowest_steps_are_proposed_that_are_quick_enough() {
     let is = |down: (i32, &str), up: (i32, &str)| [(down.0, down.1.to_owned()), (up.0, up.1.to_owned())];

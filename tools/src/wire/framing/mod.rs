@@ -1,5 +1,5 @@
-//! How requests and replies lie on a stream of bytes, whatever carries that: nine bytes of a serial link, or lines of an SLCAN
-//! adapter. There is no waiting and no reading in it, so every wire uses the same.
+//! How requests and replies lie on a stream of bytes, whatever carries that: nine bytes of a serial link, or lines of
+//! an SLCAN adapter. There is no waiting and no reading in it, so every wire uses the same.
 
 mod serial;
 mod slcan;
@@ -24,8 +24,8 @@ pub trait Framing {
     /// How many bytes should be read now at most: what comes behind a reply is late, and read before the next request.
     fn room(&self) -> usize;
 
-    /// Takes bytes that have come since the request, at most as many as there is room for. `Some` when the reply is there, or
-    /// there will be none.
+    /// Takes bytes that have come since the request, at most as many as there is room for. `Some` when the reply is
+    /// there, or there will be none.
     fn take(&mut self, bytes: &[u8], tap: &mut dyn Tap) -> Option<Result<Telegram, LinkError>>;
 
     /// Takes bytes that came before a request, late replies to earlier ones, which only those who listen hear.

@@ -14,7 +14,7 @@ pub struct Serial {
     takes_any: bool,
     /// The module that was asked, and what.
     asked: Option<(u8, Command)>,
-    /// What has come of a reply.
+    /// The part of a reply that has come.
     reply: Vec<u8>,
     /// Modules that were not asked, and have replied.
     answered: Vec<u8>,
@@ -35,8 +35,8 @@ impl Serial {
         Ok(binary::encode_command(address, command))
     }
 
-    /// The address of another module from which this reply is; `None` for one to take. Replies of a form of their own, and
-    /// bytes that are no reply, carry no address.
+    /// The address of another module from which this reply is; `None` for one to take. Replies of a form of their own,
+    /// and bytes that are no reply, carry no address.
     fn other(&self, reply: &Telegram) -> Option<u8> {
         let (address, command) = self.asked.filter(|_| !self.takes_any)?;
         match Answer::read(command, reply) {
@@ -45,8 +45,8 @@ impl Serial {
         }
     }
 
-    /// Whether this is the late reply to a request that was given up. One that has the number of the command that is asked now
-    /// cannot be told from the reply to that.
+    /// Whether this is the late reply to a request that was given up. One that has the number of the command that is
+    /// asked now cannot be told from the reply to that.
     fn is_late(&self, reply: &Telegram) -> bool {
         let is_strange = self.asked.is_some_and(|(_, command)| Answer::read(command, reply) == Answer::Strange);
         is_strange && binary::decode_reply(reply).is_some_and(|reply| self.owed.contains(&reply.opcode))

@@ -17,7 +17,7 @@ const MOST: usize = 256;
 pub struct Slcan {
     /// The identifier that was asked, and what.
     asked: Option<(u16, Command)>,
-    /// What has come, and has not been cut into lines.
+    /// The bytes that have come, and have not been cut into lines.
     bytes: Vec<u8>,
 }
 
@@ -28,12 +28,13 @@ enum Line {
 }
 
 impl Slcan {
-    /// Lines that open an adapter's channel, each of which is [answered](Slcan::answered): an empty line ends any unfinished
-    /// command, C closes the channel, S8 sets 1 Mbit/s (the module's default), O opens the channel.
+    /// Lines that open an adapter's channel, each of which is [answered](Slcan::answered). An empty line ends any
+    /// unfinished command, C closes the channel, S8 sets 1 Mbit/s (the module's default), O opens the channel.
     pub const OPEN: [&str; 4] = ["\r", "C\r", "S8\r", "O\r"];
 
-    /// Takes bytes that have come since one of the lines with which the channel is opened. True when that is answered. A refusal
-    /// may mean that the adapter is in the wanted state already: if the channel does not open, it will refuse the frames.
+    /// Takes bytes that have come since one of the lines with which the channel is opened. True when that is answered.
+    /// A refusal may mean that the adapter is in the wanted state already: if the channel does not open, it will refuse
+    /// the frames.
     pub fn answered(&mut self, bytes: &[u8]) -> bool {
         self.hear(bytes);
         while let Some(line) = self.line() {
@@ -85,7 +86,8 @@ impl Framing for Slcan {
         MOST
     }
 
-    /// A frame is the reply if it has the module's identifier and the number of the command; other frames are passed over.
+    /// A frame is the reply if it has the module's identifier and the number of the command; other frames are passed
+    /// over.
     fn take(&mut self, bytes: &[u8], tap: &mut dyn Tap) -> Option<Result<Telegram, LinkError>> {
         self.hear(bytes);
         while let Some(line) = self.line() {

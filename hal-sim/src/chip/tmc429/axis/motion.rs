@@ -328,8 +328,8 @@ impl Axis {
         ((self.synced >> self.pulse_div) + u64::from(pulses)) << self.pulse_div
     }
 
-    /// The number of steps that may follow, with the velocity at its goal and both switches open, before a position
-    /// that has an effect: the target, the origin, or the beginning of the ramp down.
+    /// Counts the steps that may follow before a position that has an effect: the target, the origin, or the beginning
+    /// of the ramp down. The velocity is at its goal, and both switches are open.
     fn count_free_steps(&self) -> u32 {
         let up = self.velocity > 0;
         let steps_to = |position: i32| {

@@ -1,4 +1,4 @@
-//! What holds whatever happens: time in pieces, next events, any contents.
+//! Invariants, which hold whatever happens: time in pieces, next events, any contents.
 
 use super::*;
 
@@ -86,8 +86,8 @@ fn pieces_of_time_do_not_matter() {
     }
 }
 
-/// Steps that are made at once leave the chip as if they had been made one by one, and those that are told come at the same
-/// times; also when time goes on in pieces.
+/// Steps that are made at once leave the chip as if they had been made one by one, and those that are told come at the
+/// same times. So it is also when time goes on in pieces.
 #[test]
 fn steps_may_be_made_at_once() {
     let (mut all, mut untold) = (0, 0);
@@ -239,8 +239,8 @@ fn long_stretches_have_the_steps_of_the_formulas() {
     rig.write(PMUL_PDIV, 247 << 8 | 6);
     rig.write(X_TARGET, 8_000_000);
     near(steps_in(&mut rig, 120), 7_496_338 - 4_190, 15);
-    // A ramp of 16e6^2 / 2^(13 + 13 + 29) = 0.007 105 43 pps/s for 5000 s; what the pulse generator does not see of the velocity,
-    // half a unit on average, is 5000 s * 0.0149 Hz.
+    // A ramp of 16e6^2 / 2^(13 + 13 + 29) = 0.007 105 43 pps/s for 5000 s. What the pulse generator does not see of the
+    // velocity, half a unit on average, is 5000 s * 0.0149 Hz.
     let mut rig = Rig::with(VELOCITY, 13, 13, 1);
     rig.write(V_TARGET, 2047);
     near(steps_in(&mut rig, 5_000), 88_818 - 75, 2);

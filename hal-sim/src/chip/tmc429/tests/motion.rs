@@ -135,9 +135,9 @@ fn positioning_arrives_without_overshoot() {
 
 #[test]
 fn braking_starts_where_p_says() {
-    // A_MAX = 1000, RAMP_DIV = 7, PULSE_DIV = 3: p = 1000 / (128 * 16) = 0.488, S = 2048 / p = 4194 steps
-    // from full speed, and as many with p' = 247 / 512 = 0.482: v = sqrt(2048 * 0.482 * d) < 2047 below
-    // d = 2047^2 / 988 = 4241.1.
+    // A_MAX = 1000, RAMP_DIV = 7, PULSE_DIV = 3: p = 1000 / (128 * 16) = 0.488. S = 2048 / p = 4194 steps from full
+    // speed, and as many with p' = 247 / 512 = 0.482. Then v = sqrt(2048 * 0.482 * d) < 2047 below d = 2047^2 / 988 =
+    // 4241.1.
     let mut rig = Rig::with(RAMP, 3, 7, 1000);
     rig.write(PMUL_PDIV, 247 << 8 | 6);
     rig.write(X_TARGET, 20_000);
@@ -180,9 +180,9 @@ fn too_large_p_overshoots_and_comes_back() {
 
 #[test]
 fn too_small_p_creeps() {
-    // A sixteenth of the good p: braking takes v^2 / (2048 * p) = 2047^2 / (2048 * 0.0302) = 67 856 steps, at
-    // half of 62 469 Hz on average 2.17 s; the ramp up still 2047^2 / 1000 = 4190 steps in 0.13 s; the rest of
-    // the way, 127 954 steps, 2.05 s. With the good p the move would take 3.3 s.
+    // A sixteenth of the good p. Braking takes v^2 / (2048 * p) = 2047^2 / (2048 * 0.0302) = 67 856 steps, at half of
+    // 62 469 Hz on average 2.17 s. The ramp up still takes 2047^2 / 1000 = 4190 steps in 0.13 s. The rest of the way,
+    // 127 954 steps, takes 2.05 s. With the good p the move would take 3.3 s.
     let mut rig = Rig::with(RAMP, 3, 7, 1000);
     rig.write(PMUL_PDIV, 247 << 8 | 10);
     rig.write(X_TARGET, 200_000);

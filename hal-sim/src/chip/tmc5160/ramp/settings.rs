@@ -86,8 +86,8 @@ impl Settings {
         if self.v1 != 0 && speed <= self.v1 { self.d1 } else { self.dmax }
     }
 
-    /// The lowest speed that can follow a speed. A change through V1 may be as large as either deceleration: with the one
-    /// above V1 alone the motor would fall behind its way to brake, and be too fast at the target.
+    /// The lowest speed that can follow a speed. A change through V1 may be as large as either deceleration. With the
+    /// one above V1 alone the motor would fall behind its way to brake, and be too fast at the target.
     pub(super) fn slowest(&self, speed: u32) -> u32 {
         let slower = speed.saturating_sub(self.deceleration(speed));
         if speed > self.v1 && slower < self.v1 { slower.min(speed.saturating_sub(self.d1)) } else { slower }

@@ -98,8 +98,8 @@ fn shaft_turns_the_field_around_and_leaves_the_position() {
     assert_eq!(rig.stage.field, -i64::from(rig.position()));
 }
 
-/// 1.5 and 6.2: stst 2^20 clocks after the last step (65.54 ms), TPOWERDOWN * 2^18 clocks later (16.384 ms each) the
-/// current begins to fall by one in IHOLDDELAY * 2^18 clocks. Page 75: "When using IRUN=31 and IHOLD=16, 15 current
+/// 1.5 and 6.2: stst comes 2^20 clocks after the last step (65.54 ms). TPOWERDOWN * 2^18 clocks later (16.384 ms each)
+/// the current begins to fall by one in IHOLDDELAY * 2^18 clocks. Page 75: "When using IRUN=31 and IHOLD=16, 15 current
 /// steps are required. An IHOLDDELAY setting of 4 thus results in a power down time of 4*15*2^18 clock cycles."
 #[test]
 fn example_of_9_the_current_falls_to_hold_in_4_times_15_times_2_18_clocks() {
@@ -324,7 +324,7 @@ fn example_of_22_setting_up_dc_step() {
 }
 
 /// 22, "Current setting" and "StealthChop configuration", and 23.1: with TPWM_THRS = 500 the driver leaves stealthChop
-/// at about 35 000 (2^24 / 500 = 33 554, and 1/16 more with the hysteresis).
+/// at about 35 000. This is 2^24 / 500 = 33 554, and 1/16 more with the hysteresis.
 #[test]
 fn example_of_22_and_23_1_stealth_chop_up_to_a_velocity() {
     let mut rig = Rig::with(&[(IHOLD_IRUN, 6 << 16 | 31 << 8 | 10), (GCONF, 4), (TPWMTHRS, 500), (AMAX, 500)]);
@@ -335,7 +335,8 @@ fn example_of_22_and_23_1_stealth_chop_up_to_a_velocity() {
     assert!((35_000..37_000).contains(&velocity), "{velocity}");
 }
 
-/// 6.5.4: PWM_SCALE_SUM = PWM_OFS * (CS_ACTUAL+1)/32 + PWM_GRAD * 256 / TSTEP, limited to 255 and frozen in spreadCycle.
+/// 6.5.4: PWM_SCALE_SUM = PWM_OFS * (CS_ACTUAL+1)/32 + PWM_GRAD * 256 / TSTEP, limited to 255 and frozen in
+/// spreadCycle.
 #[test]
 fn the_pwm_amplitude_follows_its_formula() {
     let mut rig = Rig::with(&[(GCONF, 4), (IHOLD_IRUN, 15 << 8 | 15)]);

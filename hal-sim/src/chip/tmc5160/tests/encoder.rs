@@ -37,7 +37,7 @@ impl Rig {
     }
 }
 
-/// What X_ENC is after each of `counts` edges, in both directions, is `factor` times their number, rounded down.
+/// Checks that X_ENC after each of `counts` edges, in both directions, is `factor` times their number, rounded down.
 fn counts_by(constant: u32, decimal: bool, factor: f64) {
     let mut rig = at(0, if decimal { DECIMAL } else { 0 });
     rig.write(ENC_CONST, constant);
@@ -123,8 +123,8 @@ fn the_counter_follows_the_rotor() {
     assert_eq!(rig.encoder(), i32::MAX);
 }
 
-/// The counts at which an N event is seen on the way from -50 to 50 and back; the null track is high for each count that
-/// is a multiple of 40.
+/// The counts at which an N event is seen on the way from -50 to 50 and back. The null track is high for each count
+/// that is a multiple of 40.
 fn events(mode: u32) -> Vec<i64> {
     let mut rig = at(-50, mode | CLR_CONT);
     let mut seen = Vec::new();

@@ -1,4 +1,4 @@
-//! What holds whatever happens: time in pieces, next events, any contents.
+//! Invariants, which hold whatever happens: time in pieces, next events, any contents.
 
 use super::*;
 
@@ -11,8 +11,8 @@ impl Random {
     }
 }
 
-/// A motor with switches, encoder and load, with good and bad parameters, and registers rewritten in motion; time goes on
-/// in pieces that `cut` chooses. Gives the turns of the field and what the registers read at the end.
+/// A motor with switches, encoder and load, with good and bad parameters, and registers rewritten in motion; time goes
+/// on in pieces that `cut` chooses. Gives the turns of the field and what the registers read at the end.
 fn scenario(seed: u64, mut cut: impl FnMut(&mut Rig, Nanos)) -> (Vec<(Nanos, i64)>, Vec<u32>) {
     let mut random = Random(seed);
     let mut rig = Rig::with(&[(COOLCONF, 13 << 16 | 1), (ENC_DEVIATION, 5_000), (TCOOLTHRS, 3_000)]);
@@ -52,7 +52,7 @@ fn scenario(seed: u64, mut cut: impl FnMut(&mut Rig, Nanos)) -> (Vec<(Nanos, i64
     (std::mem::take(&mut rig.stage.turns), seen)
 }
 
-/// What can be seen of the chip, now.
+/// Reads what can be seen of the chip, now.
 fn seen(rig: &mut Rig) -> Vec<u32> {
     let registers = [
         XACTUAL, VACTUAL, XTARGET, RAMP_STAT, XLATCH, X_ENC, ENC_STATUS, ENC_LATCH, MSCNT, MSCURACT, DRV_STATUS, GSTAT,
@@ -196,8 +196,9 @@ fn rest_costs_nothing() {
     assert!((1_048_562..=1_048_626).contains(&(after - next)));
 }
 
-/// Any ramp with VSTOP >= VSTART, as 12.2.1 has it, takes the motor to its target without a step back, and near it the
-/// motor is no faster than a motor that brakes from there to VSTOP: v^2 = VSTOP^2 + 2 d s, and what a tick more makes of it.
+/// Any ramp with VSTOP >= VSTART, as 12.2.1 has it, takes the motor to its target without a step back. Near the target
+/// the motor is no faster than a motor that brakes from there to VSTOP. That is v^2 = VSTOP^2 + 2 d s, and what a tick
+/// more makes of it.
 #[test]
 fn any_ramp_arrives_without_overshoot() {
     let mut random = Random(3);

@@ -182,7 +182,8 @@ fn the_longest_way_wraps_around() {
             rig.settle();
             assert_eq!((rig.position(), rig.chip.field() - steps), (to, way.into()));
         } else {
-            // A second for the ramp of 2^23 / 65 535 * 256 changes, 1.05 s, and 7 999 512 microsteps per second from then on.
+            // A second for the ramp of 2^23 / 65 535 * 256 changes, 1.05 s, and 7 999 512 microsteps per second from
+            // then on.
             rig.run(3 * SECOND);
             near((rig.chip.field() - steps) as f64, (3.0 - 1.0485 / 2.0) * 7_999_512.0, 0.0);
         }
@@ -308,8 +309,8 @@ fn vmax_that_changes_in_any_phase_is_reached_with_the_accelerations() {
     }
 }
 
-/// 12.2.4 c: "trigger the deceleration phase by copying XACTUAL to XTARGET". The motor stops with D1 and DMAX, and comes
-/// back after TZEROWAIT.
+/// 12.2.4 c: "trigger the deceleration phase by copying XACTUAL to XTARGET". The motor stops with D1 and DMAX, and
+/// comes back after TZEROWAIT.
 #[test]
 fn a_target_where_the_motor_is_brakes_it_with_dmax_and_d1() {
     let mut rig = in_phase(phases()[2]);
@@ -404,8 +405,8 @@ fn example_of_22_moving_to_a_target() {
     assert_eq!((rig.position(), rig.chip.velocity()), (150_000, 0));
 }
 
-/// 12.1: "Setting the CHOPCONF options intpol=1 and MRES=%0001 will double the motor velocity for the same speed setting
-/// and thus also double effective acceleration and deceleration."
+/// 12.1: "Setting the CHOPCONF options intpol=1 and MRES=%0001 will double the motor velocity for the same speed
+/// setting and thus also double effective acceleration and deceleration."
 #[test]
 fn example_of_12_1_half_of_the_resolution_is_twice_the_speed() {
     let turns = |resolution: u32| {

@@ -42,8 +42,8 @@ fn an_enabled_switch_stops_the_motor_at_once_in_its_direction_only() {
     assert_eq!(rig.read(RAMP_STAT) & 0x33, 0x02);
 }
 
-/// "The motor restarts in case the stop switch becomes released", and "disabling the stop function also clears the flag,
-/// but the motor will continue motion"; both after TZEROWAIT.
+/// "The motor restarts in case the stop switch becomes released", and "disabling the stop function also clears the
+/// flag, but the motor will continue motion"; both after TZEROWAIT.
 #[test]
 fn the_motor_goes_on_when_the_switch_lets_it() {
     let releases: [fn(&mut Rig); 3] =

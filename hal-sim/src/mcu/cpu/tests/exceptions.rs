@@ -24,8 +24,8 @@ const MAIN: &[u16] = &[
     0x2A09, 0xBFB8, 0x2A05, 0xDE00, // CMP R2, #9; IT LT; CMPLT R2, #5; UDF
     0xE7D7, // B to the start
 ];
-/// Handlers: BX LR; one that saves registers and calls the supervisor; one that pends PendSV, whose control register is in R9;
-/// and one for faults, that goes on after the instruction.
+/// Handlers: BX LR; one that saves registers and calls the supervisor; one that pends PendSV, whose control register is
+/// in R9; and one for faults, that goes on after the instruction.
 const RETURNS: &[u16] = &[0x4770];
 const CALLS: &[u16] = &[0xB510, 0x3401, 0xDF01, 0xBD10]; // PUSH {R4, LR}; ADDS R4, #1; SVC #1; POP {R4, PC}
 const PENDS: &[u16] = &[0xF04F, 0x5380, 0xF8C9, 0x3000, 0x3001, 0x4770]; // MOV R3, #1 << 28; STR R3, [R9]; ADDS R0, #1; BX LR

@@ -21,8 +21,8 @@ const FIRST: usize = 0x400;
 /// Where handlers begin.
 const HANDLER: u32 = FLASH + 0x201;
 
-/// Encodings by mnemonic, shorter ones and longer ones apart. Those of floating point are left out, of which the executor
-/// has none.
+/// Encodings by mnemonic, shorter ones and longer ones apart. Those of floating point are left out, of which the
+/// executor has none.
 fn corpus(random: &mut Random) -> BTreeMap<(String, bool), Vec<[u16; 2]>> {
     let mut corpus: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for number in 0..SEARCHED {

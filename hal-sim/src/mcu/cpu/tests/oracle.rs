@@ -89,8 +89,8 @@ impl Pair {
         self.cpu.core.attention = true;
     }
 
-    /// Lets both do a step, and compares them. None if ours refuses it, or something has been accessed that the other does
-    /// not have in its place.
+    /// Lets both do a step, and compares them. None if ours refuses it, or something has been accessed that the other
+    /// does not have in its place.
     pub(super) fn step(&mut self, what: &str) -> Option<()> {
         let before = self.library.regs();
         let used = self.cpu.step(&mut self.bus, self.now);
@@ -108,8 +108,8 @@ impl Pair {
         Some(())
     }
 
-    /// Cycles that the library charges too much: an entry takes twelve and the time of eight accesses there, a return ten and
-    /// that.
+    /// Cycles that the library charges too much: an entry takes twelve and the time of eight accesses there, a return
+    /// ten and that.
     fn surplus(&self, before: &Regs) -> Cycles {
         let (left, entered) = (before.exception(), self.cpu.core.entered);
         // The handler of one begins where that of the other, or its own, ends.
@@ -191,7 +191,7 @@ impl Pair {
     }
 }
 
-/// What both have.
+/// The state that both cores have.
 #[derive(Debug, PartialEq)]
 struct State {
     r: [u32; 16],
@@ -202,7 +202,7 @@ struct State {
     /// Asleep, locked up.
     flow: (bool, bool),
     sys: Vec<u32>,
-    /// What lies at the stack pointer.
+    /// The words at the stack pointer.
     memory: Vec<Option<u32>>,
 }
 

@@ -3,8 +3,8 @@
 use super::super::memory::SRAM;
 use super::*;
 
-/// Runs a loop three times: cycles and stalls of each round. Its four instructions lie in two lines, and it loads a literal
-/// from a third one.
+/// Runs a loop three times: cycles and stalls of each round. Its four instructions lie in two lines, and it loads a
+/// literal from a third one.
 fn rounds(wait_states: u32, on: bool, take_time: bool) -> [[Cycles; 2]; 3] {
     let mut flash = vec![0; FLASH_SIZE];
     flash[..8].copy_from_slice(&[SRAM + 0x1000, FLASH + 0x4D].map(u32::to_le_bytes).concat());

@@ -1,5 +1,5 @@
-//! Builds what runs on the microcontroller. Rust's library for it is installed first if it is missing, so that the
-//! toolchain may be there without it, as where rustup does not install by itself what `rust-toolchain.toml` names.
+//! Builds what runs on the microcontroller. Rust's library for it is installed first if it is missing. So the toolchain
+//! may be there without it, as where rustup does not install by itself what `rust-toolchain.toml` names.
 //!
 //! Which images there are stands in the `Cargo.toml` of their package: [`images`].
 
@@ -54,7 +54,7 @@ pub fn named(name: &str) -> Result<Image, String> {
 pub struct Built {
     /// Where it is.
     pub path: PathBuf,
-    /// What the compiler said.
+    /// The messages of the compiler.
     pub messages: String,
 }
 
@@ -153,8 +153,8 @@ pub fn prepare() -> Result<(), String> {
     }
 }
 
-/// Sees to it that Rust's library for a target is there, which `who` needs, such as "the flash image". If it cannot be, the error
-/// is one sentence that names the command to run.
+/// Sees to it that Rust's library for a target is there, which `who` needs, such as "the flash image". If it cannot be,
+/// the error is one sentence that names the command to run.
 pub fn library(target: &str, who: &str) -> Result<(), String> {
     if is_there(target) {
         return Ok(());
@@ -183,7 +183,7 @@ fn is_there(target: &str) -> bool {
     output.is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim_end()).is_dir())
 }
 
-/// What rustup gives as the error, in a line.
+/// The error that rustup gives, in a line.
 fn reason(output: &Output) -> String {
     let said = String::from_utf8_lossy(&output.stderr);
     let error = said.lines().find_map(|line| line.strip_prefix("error: "));

@@ -1,4 +1,4 @@
-//! The mailboxes between the owner of the module, which runs in an interrupt, and the links and the EEPROM, which run
+//! Data that goes between the owner of the module, which runs in an interrupt, and the links and the EEPROM, which run
 //! in others or in thread mode.
 
 use core::cell::Cell;

@@ -15,7 +15,7 @@ fn main() -> ExitCode {
 }
 
 fn carry_out() -> Result<ExitCode, String> {
-    let (mut command, mut image) = ("build".to_owned(), fw::TMCL.to_owned());
+    let (mut command, mut image) = ("build".to_owned(), xtask::TMCL.to_owned());
     let mut arguments = std::env::args().skip(1).peekable();
     // Command and image may stand in either order: the aliases of Cargo have the command, what follows them is the
     // user's.
@@ -26,12 +26,12 @@ fn carry_out() -> Result<ExitCode, String> {
         }
     }
     if command == "list" {
-        fw::images()?.iter().for_each(|image| println!("{} {}", image.name, image.board));
+        xtask::images()?.iter().for_each(|image| println!("{} {}", image.name, image.board));
         return Ok(ExitCode::SUCCESS);
     }
-    let image = fw::named(&image)?;
-    fw::prepare()?;
-    let status = fw::image_by(&command, &image, &arguments.collect::<Vec<_>>())?.status();
+    let image = xtask::named(&image)?;
+    xtask::prepare()?;
+    let status = xtask::image_by(&command, &image, &arguments.collect::<Vec<_>>())?.status();
     let status = status.map_err(|error| format!("cargo cannot be run: {error}"))?;
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }

@@ -1,16 +1,16 @@
-//! Several axes that begin to move at once, each for itself or on a straight line.
+//! Linear interpolation: several axes begin to move at once, each for itself or on a straight line.
 //!
-//! On a line the axis that takes longest at its own speed and acceleration leads: it moves as it would alone, or slower where
-//! another axis of the line could not follow. The others, its followers, get its speed and acceleration in the ratio of
-//! their ways. Ramp generators take whole numbers only, so a follower is held to the line on the way: once in each
-//! millisecond what it has left to go is compared with what its leader has left, and the speed limit of one of the followers
-//! is written anew if it has to be another.
+//! On a line the axis that takes longest at its own speed and acceleration leads. It moves as it would alone, or slower
+//! where another axis of the line could not follow. The others, its followers, get its speed and acceleration in the
+//! ratio of their ways. Ramp generators take whole numbers only, so a follower is held to the line on the way. Once in
+//! each millisecond what it has left to go is compared with what its leader has left. The speed limit of one of the
+//! followers is written anew if it has to be another.
 //!
-//! An axis belongs to its line until it arrives or is told something else; then the others go on by themselves. If it is
-//! stopped before its target, by a switch, a stall or its driver, the others are stopped along their ramps: they would leave
-//! the line.
+//! An axis belongs to its line until it arrives or is told something else; then the others go on by themselves. If it
+//! is stopped before its target, by a switch, a stall or its driver, the others are stopped along their ramps: they
+//! would leave the line.
 
-use super::{Board, Device, ShapeOf};
+use super::{Circuit, Device, ShapeOf};
 use crate::motion::{Axis, Error, Events, Pace, Ratio, Shape, Slope, Slopes, root};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
@@ -19,31 +19,32 @@ use crate::units::Micros;
 const SLACK: i32 = 192;
 /// The largest lag, in 1/256 microstep, by which the correction of a follower's speed grows.
 const LARGEST_LAG: i64 = 1 << 16;
-/// How far ahead of an accelerating leader its speed is looked at, in microsteps and besides a quarter of its way: until the
-/// next correction it gains speed.
+/// How far ahead of an accelerating leader its speed is looked at, in microsteps and besides a quarter of its way:
+/// until the next correction it gains speed.
 const AHEAD: u32 = 64;
-/// The last microsteps of a follower, in which it has its own acceleration in place of the leader's in the ratio: a slow axis
-/// needs that to make each of them in time.
+/// The last microsteps of a follower, in which it has its own acceleration in place of the leader's in the ratio. A
+/// slow axis needs that to make each of them in time.
 const TAIL: u32 = 4;
 
-/// The lines that are under way.
+/// The straight lines that are under way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lines<const AXES: usize> {
+pub(super) struct Interpolations<const AXES: usize> {
     /// The followers, by axis.
     followers: [Option<Follower>; AXES],
     /// The axis that is corrected first in the next millisecond: only one is in each.
     next: usize,
-    /// The leaders and the followers as of the last millisecond, axis n in bit n; and those of a line that has begun since.
+    /// The leaders and the followers as of the last millisecond, axis n in bit n; and those of a line that has begun
+    /// since.
     pub(super) members: u8,
 }
 
-impl<const AXES: usize> Default for Lines<AXES> {
+impl<const AXES: usize> Default for Interpolations<AXES> {
     fn default() -> Self {
-        Lines { followers: [None; AXES], next: 0, members: 0 }
+        Interpolations { followers: [None; AXES], next: 0, members: 0 }
     }
 }
 
-impl<const AXES: usize> Lines<AXES> {
+impl<const AXES: usize> Interpolations<AXES> {
     /// Counts the members.
     fn count(&mut self) {
         let bit = |number: usize| 1_u8.unbounded_shl(number as u32);
@@ -63,8 +64,8 @@ struct Follower {
     leader: usize,
     /// The way of the follower to that of the leader.
     ratio: Ratio,
-    /// The way of the leader from rest to its target, in microsteps. One that moved when the line began counts as having come
-    /// from rest.
+    /// The way of the leader from rest to its target, in microsteps. One that moved when the line began counts as
+    /// having come from rest.
     way: u32,
     /// How the leader's speed grows with its way from rest, and falls with its way to rest.
     up: Slope,
@@ -74,9 +75,9 @@ struct Follower {
 }
 
 impl Follower {
-    /// The speed at which a follower with ramps of the shape `S` is to go on that has `own` microsteps left, while its leader has
-    /// `left`. `top` is the speed of the leader between its ramps, `most` the largest one of the follower, and `correction`
-    /// that of [`Axis::correction`].
+    /// The speed at which a follower with ramps of the shape `S` is to go on that has `own` microsteps left, while its
+    /// leader has `left`. `top` is the speed of the leader between its ramps, `most` the largest one of the follower,
+    /// and `correction` that of [`Axis::correction`].
     fn speed<S: Shape>(&self, own: u32, left: u32, top: u32, most: i32, correction: impl Fn(i32) -> i32) -> i32 {
         if own <= 1 {
             return if left > self.last { 0 } else { most };
@@ -117,24 +118,25 @@ fn is_sent<const AXES: usize>(targets: &[Option<i32>; AXES], number: usize) -> b
     targets.get(number).is_some_and(Option::is_some)
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Circuit, const AXES: usize> Device<T, AXES> {
     /// Sends axes to positions, `targets` by axis, so that they begin to move at once. To be called within a
     /// [`command`](Self::command), which makes up for what a chip does not take.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn start_together(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
-        self.leave_lines(|number| is_sent(targets, number))?;
+        self.leave_interpolations(|number| is_sent(targets, number))?;
         self.set_going(now, targets, &[Pace::default(); AXES])
     }
 
-    /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once. All of them have trapezoidal ramps
-    /// there, and afterwards. To be called within a [`command`](Self::command), which makes up for what a chip does not take.
+    /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once. All of them have
+    /// trapezoidal ramps there, and afterwards. To be called within a [`command`](Self::command), which makes up for
+    /// what a chip does not take.
     ///
     /// # Errors
-    /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`] when a
-    /// chip did not take a datagram.
-    pub fn start_line(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
+    /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`]
+    /// when a chip did not take a datagram.
+    pub fn start_interpolation(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
         let mut ways = [0; AXES];
         let (mut first, mut moving, mut travellers) = (None, false, 0_u8);
         // The axis that would take longest alone; of several the one with the longest way.
@@ -161,19 +163,19 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 (leader, longest) = (number, rank);
             }
         }
-        self.leave_lines(|number| is_sent(targets, number))?;
+        self.leave_interpolations(|number| is_sent(targets, number))?;
         let mut paces = [Pace::default(); AXES];
         // One axis that has a way to go moves as it would alone.
         if travellers > 1 {
             let whole = longest.1;
-            for (number, (follower, way)) in self.lines.followers.iter_mut().zip(ways).enumerate() {
+            for (number, (follower, way)) in self.interpolations.followers.iter_mut().zip(ways).enumerate() {
                 if way != 0 && number != leader {
                     let ratio = Ratio::new(way, whole);
                     let (up, down) = (Slope::default(), Slope::default());
                     *follower = Some(Follower { leader, ratio, way: whole, up, down, last: 0 });
                 }
             }
-            self.lines.count();
+            self.interpolations.count();
             self.pace(leader, &mut paces);
             if moving {
                 self.join_moving(leader, &mut paces);
@@ -188,14 +190,16 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         ShapeOf::<T>::UNITS.iter().all(|parameter| one.setting(*parameter) == other.setting(*parameter))
     }
 
-    /// Changes what was worked out for axes that stand: one that moves may be where it has to turn round, or to catch up, so
-    /// the axes keep their own accelerations; and a leader that moves has a way behind it as if it had come from rest.
+    /// Changes what was worked out for axes that stand. One that moves may be where it has to turn round, or to catch
+    /// up, so the axes keep their own accelerations. A leader that moves has a way behind it as if it had come from
+    /// rest.
     fn join_moving(&mut self, leader: usize, paces: &mut Paces<T, AXES>) {
         for pace in paces {
             (pace.acceleration, pace.shape) = (None, None);
         }
         let speed = self.axes.get(leader).map_or(0, Axis::last_speed).unsigned_abs();
-        for follower in self.lines.followers.iter_mut().flatten().filter(|follower| follower.leader == leader) {
+        for follower in self.interpolations.followers.iter_mut().flatten().filter(|follower| follower.leader == leader)
+        {
             follower.way = follower.way.saturating_add(follower.up.way(speed));
         }
     }
@@ -206,7 +210,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let mut speed = axis.setting(P::MaximumSpeed);
         let mut acceleration = axis.setting(P::MaximumAcceleration).max(1);
         let mut shape = axis.shape();
-        let followers = &mut self.lines.followers;
+        let followers = &mut self.interpolations.followers;
         for (follower, axis) in followers.iter().zip(&self.axes) {
             let Some(Follower { ratio, .. }) = follower.filter(|follower| follower.leader == leader) else { continue };
             speed = ratio.limit(axis.setting(P::MaximumSpeed), speed);
@@ -224,8 +228,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             let wanted = axis.slopes(&shape, follower.ratio.up(acceleration, own)).acceleration;
             let speed = follower.ratio.up(speed, axis.setting(P::MaximumSpeed));
             *pace = Pace { speed: Some(speed), acceleration: Some(wanted), shape: Some(shape) };
-            // From rest it makes the microstep in the time in which the leader, which comes to rest, makes so many; of its
-            // last ones the leader makes two more while the follower's speed limit is written.
+            // From rest it makes the microstep in the time in which the leader, which comes to rest, makes so many. Of
+            // its last ones the leader makes two more while the follower's speed limit is written.
             (follower.up, follower.down) = (up, down);
             let own = axis.slopes(&own_shape, own).down.foot();
             follower.last = down.foot().checked_div(own).unwrap_or_default().saturating_add(2);
@@ -254,20 +258,26 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// True if an axis belongs to a line.
-    pub(super) fn is_on_line(&self, number: usize) -> bool {
-        self.lines.members.unbounded_shr(number as u32) & 1 != 0
+    pub(super) fn is_interpolated(&self, number: usize) -> bool {
+        self.interpolations.members.unbounded_shr(number as u32) & 1 != 0
     }
 
     /// The leader of the line to which an axis belongs.
     fn leader(&self, number: usize) -> Option<usize> {
-        match self.lines.followers.get(number)? {
+        match self.interpolations.followers.get(number)? {
             Some(follower) => Some(follower.leader),
-            None => self.lines.followers.iter().flatten().any(|follower| follower.leader == number).then_some(number),
+            None => self
+                .interpolations
+                .followers
+                .iter()
+                .flatten()
+                .any(|follower| follower.leader == number)
+                .then_some(number),
         }
     }
 
-    /// Sets axes going at once: all that has to be told their chips comes before, so that one datagram to each of them is
-    /// left.
+    /// Sets axes going at once: all that has to be told their chips comes before, so that one datagram to each of them
+    /// is left.
     fn set_going(&mut self, now: Micros, targets: &[Option<i32>; AXES], paces: &Paces<T, AXES>) -> Result<(), Error> {
         for is_ready in [false, true] {
             for (number, (target, pace)) in targets.iter().zip(paces).enumerate() {
@@ -282,15 +292,16 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         Ok(())
     }
 
-    /// Takes an axis out of its line: it goes on to its target at its own pace. Where it was the leader, the others do so, too.
+    /// Takes an axis out of its line: it goes on to its target at its own pace. Where it was the leader, the others do
+    /// so, too.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
-    pub fn leave_line(&mut self, number: usize) -> Result<(), Error> {
+    pub fn leave_interpolation(&mut self, number: usize) -> Result<(), Error> {
         if self.leader(number).is_none() {
             return Ok(());
         }
-        self.leave_lines(|leaving| leaving == number)?;
+        self.leave_interpolations(|leaving| leaving == number)?;
         match self.axis(number) {
             Some(mut axis) if axis.state().limited() => axis.repace(Pace::default()),
             _ => Ok(()),
@@ -299,9 +310,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// Takes axes out of their lines, those of which `leaves` says so. Where that was the leader, the others go on by
     /// themselves.
-    fn leave_lines(&mut self, leaves: impl Fn(usize) -> bool) -> Result<(), Error> {
+    fn leave_interpolations(&mut self, leaves: impl Fn(usize) -> bool) -> Result<(), Error> {
         for number in 0..AXES {
-            let Some(leader) = self.lines.followers.get(number).copied().flatten().map(|follower| follower.leader)
+            let Some(leader) =
+                self.interpolations.followers.get(number).copied().flatten().map(|follower| follower.leader)
             else {
                 continue;
             };
@@ -314,23 +326,23 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// Lets a follower go on by itself, at its own pace.
     fn release(&mut self, number: usize) -> Result<(), Error> {
-        let follows = self.lines.followers.get_mut(number).and_then(Option::take).is_some();
+        let follows = self.interpolations.followers.get_mut(number).and_then(Option::take).is_some();
         match self.axis(number) {
             Some(mut axis) if follows && axis.state().limited() => axis.repace(Pace::default()),
             _ => Ok(()),
         }
     }
 
-    /// Looks after the lines, when the positions of all axes have been read: one follower at most gets another speed limit.
-    /// Never inlined, because most turns have no lines.
+    /// Looks after the lines, when the positions of all axes have been read: one follower at most gets another speed
+    /// limit. Never inlined, because most turns have no lines.
     #[inline(never)]
-    pub(super) fn follow_lines(&mut self) {
-        self.lines.count();
-        let first = self.lines.next;
+    pub(super) fn follow_interpolations(&mut self) {
+        self.interpolations.count();
+        let first = self.interpolations.next;
         for number in (first..AXES).chain(0..first.min(AXES)) {
             // A datagram that did not get through is sent again in the next turn.
             if self.follow(number).unwrap_or(true) {
-                self.lines.next = number.saturating_add(1);
+                self.interpolations.next = number.saturating_add(1);
                 return;
             }
         }
@@ -338,7 +350,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// Gives a follower the pace that holds it to its line. True if that took a datagram.
     fn follow(&mut self, number: usize) -> Result<bool, Error> {
-        let Some(follower) = self.lines.followers.get(number).copied().flatten() else { return Ok(false) };
+        let Some(follower) = self.interpolations.followers.get(number).copied().flatten() else { return Ok(false) };
         let (Some(leader), Some(axis)) = (self.axes.get(follower.leader), self.axes.get(number)) else {
             return Ok(false);
         };
@@ -356,7 +368,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             Some(mut axis) if axis.state().travelling() => axis.ease(pace)?,
             _ => false,
         };
-        if let Some(follower) = self.lines.followers.get_mut(number)
+        if let Some(follower) = self.interpolations.followers.get_mut(number)
             && !coupled
             && !told
         {
@@ -366,17 +378,17 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Stops the line of an axis whose events tell that it was stopped before its target.
-    pub(super) fn look_at_line(&mut self, now: Micros, number: usize, events: Events) {
+    pub(super) fn look_at_interpolation(&mut self, now: Micros, number: usize, events: Events) {
         let Events { stall, cut_short, deviation, alarm, .. } = events;
-        if self.lines.members != 0 && (stall || cut_short || deviation || alarm) {
-            self.break_line(now, number);
+        if self.interpolations.members != 0 && (stall || cut_short || deviation || alarm) {
+            self.break_interpolation(now, number);
         }
     }
 
-    /// Stops the other axes of the line of an axis that was stopped before its target. This axis stays where it is, also when a
-    /// switch that has stopped it opens.
+    /// Stops the other axes of the line of an axis that was stopped before its target. This axis stays where it is,
+    /// also when a switch that has stopped it opens.
     #[inline(never)]
-    fn break_line(&mut self, now: Micros, number: usize) {
+    fn break_interpolation(&mut self, now: Micros, number: usize) {
         let Some(leader) = self.leader(number) else { return };
         for other in 0..AXES {
             if self.leader(other) != Some(leader) {
@@ -393,7 +405,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 let _ = axis.hard_stop();
             }
         }
-        for follower in self.lines.followers.iter_mut().filter(|f| f.is_some_and(|f| f.leader == leader)) {
+        for follower in self.interpolations.followers.iter_mut().filter(|f| f.is_some_and(|f| f.leader == leader)) {
             *follower = None;
         }
     }

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 
 #[test]
 fn it_is_there_or_gets_installed() {
-    fw::prepare().unwrap_or_else(|sentence| panic!("{sentence}"));
+    xtask::prepare().unwrap_or_else(|sentence| panic!("{sentence}"));
 }
 
 /// A computer whose programs do what these scripts say, each noting that it was called.
@@ -21,7 +21,8 @@ impl Computer {
         let computer = Computer(tempfile::tempdir().unwrap());
         for (name, script) in programs {
             let script = format!("#!/bin/sh\ncd \"$(dirname \"$0\")\"\necho {name} \"$@\" >>calls\n{script}\n");
-            // Written by another process: a file that this one writes while a test beside it starts a program cannot be run.
+            // Written by another process: a file that this one writes while a test beside it starts a program cannot be
+            // run.
             let write = ["-c", "printf %s \"$1\" >$0 && chmod +x $0", name, &script];
             let done = Command::new("sh").args(write).current_dir(computer.folder()).status().unwrap();
             assert!(done.success());
@@ -46,16 +47,16 @@ impl Computer {
         program.envs(toolchain.map(|name| ("RUSTUP_TOOLCHAIN", name))).output().unwrap()
     }
 
-    /// What was called, by its first words.
+    /// The calls that were made, each by its first words.
     fn calls(&self) -> Vec<String> {
         let calls = fs::read_to_string(self.folder().join("calls")).unwrap();
         calls.lines().map(|line| line.split(' ').take(3).collect::<Vec<_>>().join(" ")).collect()
     }
 }
 
-/// What `cargo fw` runs.
+/// The program that `cargo fw` runs.
 fn program() -> PathBuf {
-    fw::programs().unwrap().join("fw")
+    xtask::programs().unwrap().join("xtask")
 }
 
 /// A compiler that tells where the library would be.
@@ -78,7 +79,7 @@ fn what_is_there_is_not_installed() {
 
 #[test]
 fn what_is_missing_is_installed_for_the_toolchain_in_use() {
-    let install = format!("[ \"$*\" = \"target add {} --toolchain {NAME}\" ] && mkdir library", fw::TARGET);
+    let install = format!("[ \"$*\" = \"target add {} --toolchain {NAME}\" ] && mkdir library", xtask::TARGET);
     let computer = Computer::with(&[RUSTC, CARGO, ("rustup", &install)]);
     let output = computer.fw(Some(NAME));
     assert!(output.status.success(), "{}", said(&output));
@@ -114,7 +115,7 @@ fn a_rust_that_is_not_rustups_is_told_so() {
 fn who_asks_again_is_only_reminded() {
     const ASKS: &str = "ASKS_TWICE";
     if std::env::var_os(ASKS).is_some() {
-        println!("{:?}\n{:?}", fw::prepare(), fw::prepare());
+        println!("{:?}\n{:?}", xtask::prepare(), xtask::prepare());
         return;
     }
     let computer = Computer::with(&[RUSTC]);
@@ -149,7 +150,7 @@ fn an_image_is_chosen_by_its_name() {
         let output = run(words);
         assert!(output.status.success(), "{}", said(&output));
         let expected = format!("--package tmcm --bin {image} --features {board}{rest}\n");
-        let place = format!("{command} --release --target {} ", fw::TARGET);
+        let place = format!("{command} --release --target {} ", xtask::TARGET);
         assert_eq!(String::from_utf8(output.stdout).unwrap(), place + &expected, "{words:?}");
     }
     assert_eq!(run(&["list"]).stdout, b"tmcm1140 tmcm1140\ntmcm1140-canopen tmcm1140\n");
@@ -167,8 +168,8 @@ const MANIFEST: &str = "[workspace]\n
 [[bin]]\nname = \"tmcm1140-canopen\"\npath = \"src/bin/tmcm1140_canopen.rs\"\nrequired-features = [\"tmcm1140\"]\n
 [profile.dev]\nopt-level = 2\n";
 
-/// The program here was compiled in this checkout, and other ones are built: so it is where a checkout has been copied with
-/// all that is built in it.
+/// The program here was compiled in this checkout, and other ones are built: so it is where a checkout has been copied
+/// with all that is built in it.
 #[test]
 fn the_checkout_is_built_for_which_cargo_runs_it_or_in_which_somebody_stands() {
     let computer = Computer::with(&[RUSTC, ("cargo", "echo $OLDPWD")]);
@@ -176,7 +177,7 @@ fn the_checkout_is_built_for_which_cargo_runs_it_or_in_which_somebody_stands() {
     fs::create_dir(folder.join("library")).unwrap();
     for copy in ["a copy", "another"] {
         fs::create_dir_all(folder.join(copy).join("docs")).unwrap();
-        fs::create_dir_all(folder.join(copy).join("fw")).unwrap();
+        fs::create_dir_all(folder.join(copy).join("xtask")).unwrap();
         fs::write(folder.join(copy).join("Cargo.toml"), MANIFEST).unwrap();
     }
     let built = |package: Option<&str>, current: &str| {
@@ -186,7 +187,7 @@ fn the_checkout_is_built_for_which_cargo_runs_it_or_in_which_somebody_stands() {
         computer.run(&mut fw, Some(NAME))
     };
     for (package, current, expected) in [
-        (Some("a copy/fw"), "another", "a copy"),
+        (Some("a copy/xtask"), "another", "a copy"),
         (None, "a copy", "a copy"),
         (None, "another/docs", "another"),
         // Somebody else's package is none of this.
