@@ -23,7 +23,7 @@ def image() -> Path:
 
 def built(name: str) -> Path:
     """An image, which is built if it is not there yet."""
-    done = subprocess.run(["cargo", "xtask", name], cwd=ROOT, check=True, capture_output=True, text=True)
+    done = subprocess.run(["cargo", "fw", name], cwd=ROOT, check=True, capture_output=True, text=True)
     path = ROOT / "target" / "thumbv7em-none-eabi" / "release" / name
     assert path.exists(), done.stdout
     return path
