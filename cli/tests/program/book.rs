@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::page::Page;
+use super::page::{Page, root};
 
 const README: Page = Page {
     awaited: &[
@@ -190,10 +190,6 @@ fn its_short_commands_are_those_of_the_program() {
 
 /// The chapters in their order, as mdBook reads them.
 const SUMMARY: &str = "docs/SUMMARY.md";
-
-fn root() -> PathBuf {
-    xtask::workspace().unwrap()
-}
 
 fn text(page: &str) -> String {
     fs::read_to_string(root().join(page)).unwrap()

@@ -196,7 +196,7 @@ fn with_tmcl() -> OsString {
 }
 
 /// The folder of the repository.
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     xtask::workspace().unwrap()
 }
 
