@@ -68,8 +68,9 @@ def test_all_tests_of_the_page_but_one_pass(folder: Path) -> None:
     assert re.search(r"^1 failed, 4 passed", run(folder, "-m", "pytest", "-q"), re.MULTILINE)
 
 
-def test_the_test_on_the_first_page_of_the_repository_passes(tmp_path: Path) -> None:
-    [test] = [text for _, text in blocks(PACKAGE.parent / "README.md") if text.startswith("# test_stop.py\n")]
+def test_the_test_in_the_chapter_on_host_software_passes(tmp_path: Path) -> None:
+    chapter = PACKAGE.parent / "docs" / "host-software.md"
+    [test] = [text for _, text in blocks(chapter) if text.startswith("# test_stop.py\n")]
     (tmp_path / "test_stop.py").write_text(test)
     assert "1 passed" in run(tmp_path, "-m", "pytest", "-q", "test_stop.py")
 
