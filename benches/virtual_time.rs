@@ -1,9 +1,6 @@
 //! How much faster than real time the virtual module runs, and the flash image on the emulated microcontroller:
 //! `cargo bench --bench virtual_time`; with `-- short` behind it in a sixtieth of the time, to see that it runs.
 
-#[path = "../tests/common/image.rs"]
-mod build;
-
 use std::error::Error;
 use std::time::Instant;
 
@@ -140,7 +137,7 @@ fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
 fn image(seconds: u64) -> Result<(), Box<dyn Error>> {
     println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
-    let elf = std::fs::read(build::try_built(xtask::TMCL)?.path)?;
+    let elf = std::fs::read(common::image::try_built(xtask::TMCL)?.path)?;
     for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
         let mut module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default())?;
         prepare(&mut module, Source::Rs485, commands);

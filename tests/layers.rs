@@ -335,7 +335,7 @@ fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
     let packages =
         ["", "xtask", "hal-sim", "hal-sim/cbor-edn", "sim", "tools", "link", "server", "cli", "studio", "studio/build"];
-    for package in packages.into_iter().chain(["studio/image", "tests/panic_free"]) {
+    for package in packages.into_iter().chain(["studio/image", "tests/common", "tests/panic_free"]) {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {

@@ -16,9 +16,6 @@
 //! addresses; `statistics` and `report` make tables; `parallel` runs several machines at a time.
 //! `tests/image/measure.rs` tests how it is used.
 
-#[path = "../../tests/common/image.rs"]
-mod build;
-
 pub(crate) mod arguments;
 mod budgets;
 pub(crate) mod canopen;
@@ -126,7 +123,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
 /// Builds an image by its name.
 fn image(name: &str) -> Result<Vec<u8>, Failure> {
     progress(&format!("building {name}"));
-    Ok(std::fs::read(build::try_built(name)?.path)?)
+    Ok(std::fs::read(common::image::try_built(name)?.path)?)
 }
 
 fn profile(elf: &[u8], subject: Subject<'_>) -> Result<bool, Failure> {

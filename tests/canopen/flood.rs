@@ -6,7 +6,7 @@ use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use tmcm_sim::fleet::{Fleet, Heard, Node};
 use tmcm_sim::{FirmwareKind, VirtualModule};
 
-use crate::random::Random;
+use common::random::Random;
 
 /// The time of the flood.
 const SPAN: Nanos = 500 * MILLISECOND;

@@ -2,10 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../common/random.rs"]
-#[allow(dead_code, unreachable_pub)]
-mod random;
-
 mod cyclic;
 mod driving;
 mod emergencies;

@@ -1,7 +1,7 @@
 //! PDO records: the manual's procedure for a change, changes in any order in the mode of 2701h, and what is refused.
 
-use crate::random::Random;
 use crate::rig::Rig;
+use common::random::Random;
 
 const ACCESS: u32 = 0x0601_0000;
 const NOT_MAPPABLE: u32 = 0x0604_0041;

@@ -2,8 +2,8 @@
 //! the software limits but for the ramp.
 
 use crate::driving::{ENABLE, FAULT_REACTION_ACTIVE, OPERATION_ENABLED, PV, QUICK_STOP_ACTIVE, STATE};
-use crate::random::Random;
 use crate::rig::Rig;
+use common::random::Random;
 use tmcm::canopen::Nmt;
 
 /// Number of sequences, and of commands in each.

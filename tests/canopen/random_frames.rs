@@ -1,8 +1,8 @@
 //! Random frames of all kinds: the node goes on, answers each SDO request once, and an abort never; and its turn comes
 //! each millisecond under a flood.
 
-use crate::random::Random;
 use crate::rig::{Rig, expedited};
+use common::random::Random;
 use hal_sim::clock::MICROSECOND;
 use tmcm::can::{CanFrame, ExtendedId, Frame, StandardId};
 use tmcm::canopen::Nmt;

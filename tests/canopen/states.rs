@@ -5,8 +5,8 @@ use crate::driving::{
     MODE_SPECIFIC, MOVES, OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN,
     STATE, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, TARGET_REACHED, VL,
 };
-use crate::random::Random;
 use crate::rig::Rig;
+use common::random::Random;
 
 /// The state that follows, by figure 8 and table 185 of the manual; `reset` is true for a rising edge of bit 7.
 fn expected(state: u32, word: u16, reset: bool) -> u32 {

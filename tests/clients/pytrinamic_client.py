@@ -8,6 +8,7 @@ With --image the module is the flash image on the emulated microcontroller. Star
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
+import re
 import tempfile
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from pytrinamic.modules import TMCM1140
 from pytrinamic.tmcl import TMCLCommand
 from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
 
+TOUR = Path(__file__).parents[2] / "docs" / "tour.md"
 # Longest time that a module takes to start, in seconds of its own time.
 START = 0.3
 # An internal speed at which stallGuard2 has something to measure.
@@ -157,6 +159,20 @@ def session(name, arguments, simulator):
         stall(module, simulator)
 
 
+def tour(serial, simulator):
+    """The program of the tour, which has a port of its own, moves the motor to where it says."""
+    print("docs/tour.md:", flush=True)
+    [program] = re.findall(r"^```python\n(.*?)^```$", TOUR.read_text(), re.DOTALL | re.MULTILINE)
+    check("the port is named", "/tmp/tmcm1140" in program, program)
+    simulator.control("power off")
+    simulator.control("power on")
+    simulator.let_pass(START)
+    rotor = simulator.control("state")["rotor"]
+    exec(program.replace("/tmp/tmcm1140", serial), {})
+    # 51 200 microsteps of 256 in a full step, which are the units of the rotor.
+    equal("the rotor has turned", simulator.control("state")["rotor"] - rotor, 51_200)
+
+
 def main():
     options = command_line("Drives the virtual module with PyTrinamic.")
     with tempfile.TemporaryDirectory() as folder:
@@ -180,6 +196,7 @@ def main():
                     session(name, arguments, simulator)
                 except Exception as error:  # One interface that fails shall not hide the others.
                     check(name, False, repr(error))
+            tour(serial, simulator)
         finally:
             simulator.end()
         check("the serial port's link is gone", not Path(serial).is_symlink())

@@ -1,7 +1,7 @@
 //! The very flash image, unmodified, on the emulated microcontroller: it boots, talks over RS485, moves the motor,
 //! keeps what is stored, runs a program and restarts.
 
-use crate::common::image_host::{BAUD, CYCLES_PER_MICROSECOND, Host, INVALID_COMMAND, LOADED};
+use common::image_host::{BAUD, CYCLES_PER_MICROSECOND, Host, INVALID_COMMAND, LOADED};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 
 #[test]

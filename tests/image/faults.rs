@@ -1,10 +1,8 @@
 //! Faults around and inside the microcontroller, with the very flash image. Whatever goes wrong, no motor runs on
 //! without a firmware that watches it, and the firmware says what has happened.
 
-use crate::common::image_host::{
-    EEPROM_LOCKED, Host, NOT_AVAILABLE, OK, RECOVERY, START, assert_logged, decoded, request,
-};
-use crate::common::telegram;
+use common::image_host::{EEPROM_LOCKED, Host, NOT_AVAILABLE, OK, RECOVERY, START, assert_logged, decoded, request};
+use common::telegram;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use hal_sim::fault::Fault;

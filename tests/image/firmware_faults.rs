@@ -1,8 +1,8 @@
 //! Faults of the firmware itself, in the very flash image. Whatever hangs, faults or panics, the driver is off at the
 //! latest with the reset, the motor stands, and the log says what has happened.
 
-use crate::common::image_host::{HANG, Host, PRODUCTS, Product, RECOVERY, START, UNDEFINED, assert_logged, code};
-use crate::common::telegram;
+use common::image_host::{HANG, Host, PRODUCTS, Product, RECOVERY, START, UNDEFINED, assert_logged, code};
+use common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
 /// `bx lr`: back to where it was called from.

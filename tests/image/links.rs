@@ -1,7 +1,7 @@
 //! The links and the inputs and outputs of the very flash image: what a host at the other end sees.
 
-use crate::common::image_host::{BAUD, Host, LOADED, OK, START, decoded, request};
-use crate::common::telegram;
+use common::image_host::{BAUD, Host, LOADED, OK, START, decoded, request};
+use common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{CanBus, CanFrame};
 use hal_sim::world::pin::Pin;

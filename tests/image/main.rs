@@ -2,12 +2,8 @@
 //! restarts included. The first test that needs the image builds it.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-// The bench `measure`, which is tested here, has the file that builds the image as a module of its own.
-#![allow(clippy::duplicate_mod)]
 
 mod boot;
-#[path = "../common/mod.rs"]
-mod common;
 mod faults;
 mod firmware_faults;
 mod links;
@@ -21,6 +17,7 @@ mod panic_free;
 mod pins;
 mod replies;
 mod restart;
+mod sisters;
 mod six_axes;
 mod size;
 mod steps;

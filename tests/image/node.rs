@@ -1,9 +1,9 @@
 //! The flash image of the CANopen firmware on the emulated microcontroller: boot-up, SDO, PDOs and SYNC, the drive,
 //! node ID and bit rate, and what is at the other pins.
 
-use crate::common::image_host::{Host, NOT_AVAILABLE, OK, START};
-use crate::common::node_host::{ENABLE, GO, NodeHost, PP};
-use crate::common::telegram;
+use common::image_host::{Host, NOT_AVAILABLE, OK, START};
+use common::node_host::{ENABLE, GO, NodeHost, PP};
+use common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::canopen::{Entry, Object};
 use tmcm::product::Tmcm1140Canopen;

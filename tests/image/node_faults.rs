@@ -1,8 +1,8 @@
 //! Faults on the bus, around and inside the microcontroller, with the flash image of the CANopen firmware. Whatever
 //! goes wrong, no motor runs on without a firmware that watches it, and the master is told.
 
-use crate::common::image_host::{HANG, START, assert_logged, code, symbol_in};
-use crate::common::node_host::{ENABLE, NodeHost, PV, image};
+use common::image_host::{HANG, START, assert_logged, code, symbol_in};
+use common::node_host::{ENABLE, NodeHost, PV, image};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use hal_sim::fault::Fault;
 use hal_sim::mcu::CanBus;

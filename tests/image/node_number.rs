@@ -1,8 +1,8 @@
 //! The number of a node, and its settings, in the flash image. Nothing goes out while the number is unknown. Bits that
 //! flip and supplies that fail leave all or nothing, and what is lost is told.
 
-use crate::common::image_host::{START, assert_logged};
-use crate::common::node_host::{NodeHost, PV};
+use common::image_host::{START, assert_logged};
+use common::node_host::{NodeHost, PV};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use hal_sim::fault::Fault;
 

@@ -6,8 +6,8 @@
 
 use std::env;
 
-use crate::common::node_host::{ENABLE, NodeHost, PV};
-use crate::common::random::Random;
+use common::node_host::{ENABLE, NodeHost, PV};
+use common::random::Random;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
 /// Half of the most by which a cycle is longer or shorter than [`CYCLE`], in microseconds: so the SYNC meets the turn

@@ -2,8 +2,8 @@
 //! for the place of the checkout, and its user function turns the motor on the emulated microcontroller.
 //! `docs/own-firmware.md` tells of it.
 
-use crate::common::image;
-use crate::common::image_host::{Host, LOADED, NOT_AVAILABLE, OK, ONE_AXIS, Product, assert_logged};
+use common::image;
+use common::image_host::{Host, LOADED, NOT_AVAILABLE, OK, ONE_AXIS, Product, assert_logged};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@
 mod callers;
 mod places;
 
-use crate::common::image;
+use common::image;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::iter;

@@ -2,7 +2,7 @@
 //! sibling, whose board may be wired alike. No pin that is an input there may be driven here, for then two outputs work
 //! against each other.
 
-use crate::common::image_host::{Host, START, image};
+use common::image_host::{Host, START, image};
 use hal_sim::board::{Board, Chip};
 use hal_sim::clock::MICROSECOND;
 use hal_sim::mcu::{Machine, Pin, Pinout};

@@ -1,8 +1,8 @@
 //! Replies of the very flash image that come late, or not at all, or under settings that have just changed; and what
 //! is none of the module's business.
 
-use crate::common::image_host::{Host, LOADED, OK, START, decoded, request};
-use crate::common::telegram;
+use common::image_host::{Host, LOADED, OK, START, decoded, request};
+use common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::CanFrame;
 

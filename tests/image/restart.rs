@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::common::image_host::{HANG, Host, LOADED, OK, START, UNDEFINED, code, decoded, image, symbol_in};
-use crate::common::telegram;
+use common::image_host::{HANG, Host, LOADED, OK, START, UNDEFINED, code, decoded, image, symbol_in};
+use common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};

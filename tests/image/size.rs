@@ -1,7 +1,7 @@
 //! The flash image: it builds without a warning, starts where the microcontroller looks, and keeps within its
 //! budget of flash and RAM.
 
-use crate::common::image;
+use common::image;
 use std::ops::Range;
 use std::path::Path;
 

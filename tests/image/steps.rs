@@ -1,6 +1,6 @@
 //! The steps that the emulated microcontroller shows of the image: all of them, and the run is the same.
 
-use crate::common::image;
+use common::image;
 use hal_sim::board::{Board, Chip};
 use hal_sim::clock::MILLISECOND;
 use hal_sim::mcu::{Act, Machine, Step};

@@ -1,7 +1,7 @@
 //! A straight line of three axes on the flash images of the TMCM-6110 and of the TMCM-3212, whose turns take their
 //! time. The rotors keep to it as those of the virtual modules do.
 
-use crate::common::image_host::{Host, Product, SIX_AXES, THREE_AXES};
+use common::image_host::{Host, Product, SIX_AXES, THREE_AXES};
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 /// At speed 1000 the other two would need speeds of 246.5 and 18.5.

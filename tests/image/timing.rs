@@ -1,7 +1,7 @@
 //! Time on the flash image: how evenly it looks at the motor, how long a move takes, and how much it sleeps.
 
-use crate::common::image_host::{Host, OK, request};
-use crate::common::telegram;
+use common::image_host::{Host, OK, request};
+use common::telegram;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::Act;

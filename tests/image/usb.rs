@@ -2,8 +2,8 @@
 
 use hal_sim::clock::{MILLISECOND, SECOND};
 
-use crate::common::image_host::{Host, OK, decoded};
-use crate::common::telegram;
+use common::image_host::{Host, OK, decoded};
+use common::telegram;
 
 /// Sends telegrams in one go, and asserts that all are answered with status 100, although the first stores something
 /// and takes its time. Events of command 138 may come in between.

@@ -9,7 +9,7 @@ use tmcm::module::Spec;
 use tmcm::param::{INTERRUPTS, Row};
 use tmcm::product::{TMCM_1140, TMCM_3212, TMCM_6110};
 
-use crate::common::image;
+use common::image;
 
 /// The fewest characters of a text that is looked for: a shorter one may be a part of something else.
 const LONG: usize = 12;

@@ -1,6 +1,6 @@
 //! ASCII mode (manual section 3.4), typed at a virtual module in virtual time.
 
-use crate::common::{Bench, random_inputs, telegram};
+use common::{Bench, random_inputs, telegram};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Instruction, binary, text};

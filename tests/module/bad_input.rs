@@ -4,9 +4,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tmcm_sim::{Product, VirtualModule};
 
-use crate::common::bombardment::{ask, assert_sane, bombard};
-use crate::common::random::Random;
-use crate::common::{Bench, NOT_AVAILABLE, OK, WRONG_CHECKSUM, random_inputs, telegram};
+use common::bombardment::{ask, assert_sane, bombard};
+use common::random::Random;
+use common::{Bench, NOT_AVAILABLE, OK, WRONG_CHECKSUM, random_inputs, telegram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Framer, Telegram};

@@ -1,6 +1,6 @@
 //! Every command of direct mode: what it does, and the status and value it is answered with.
 
-use crate::common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE};
+use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE};
 use hal_sim::clock::SECOND;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};

@@ -1,6 +1,6 @@
 //! Command 138: what tells a host that a move has arrived, or that a reference search has found its place.
 
-use crate::common::{Bench, OK, WRONG_TYPE};
+use common::{Bench, OK, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 

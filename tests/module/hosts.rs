@@ -1,6 +1,6 @@
 //! Hosts that go: what they have asked for is done, and whoever comes next hears nothing of it.
 
-use crate::common::{Bench, OK, telegram};
+use common::{Bench, OK, telegram};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
 use tmcm::tmcl::binary;

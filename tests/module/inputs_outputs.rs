@@ -1,6 +1,6 @@
 //! SIO and GIO in direct mode: which ports and banks there are, and what they set and show.
 
-use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
+use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::Product;
 

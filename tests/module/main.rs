@@ -6,13 +6,13 @@ mod ascii;
 mod bad_input;
 mod can;
 mod commands;
-#[path = "../common/mod.rs"]
-mod common;
 mod doors;
 mod events;
+mod frozen;
 mod hosts;
 mod inputs_outputs;
 mod restart;
 mod rs485;
 mod telegrams;
+mod tmcm3212;
 mod user_functions;

@@ -1,6 +1,6 @@
 //! Commands that end what the module does: 137 and 255, and 242, which would enter a boot loader.
 
-use crate::common::{Bench, INVALID_VALUE, OK, telegram};
+use common::{Bench, INVALID_VALUE, OK, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};

@@ -1,7 +1,7 @@
 //! The wire formats: every example telegram of the manual (with its errata put right), on byte links and on
 //! CAN, in both directions.
 
-use crate::common::{Bench, OK};
+use common::{Bench, OK};
 use tmcm::can::StandardId;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received, Telegram};

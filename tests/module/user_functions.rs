@@ -2,7 +2,7 @@
 
 use std::task::Poll;
 
-use crate::common::{EEPROM_LOCKED, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE, telegram};
+use common::{EEPROM_LOCKED, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE, telegram};
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::control::Line;

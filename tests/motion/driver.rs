@@ -1,7 +1,7 @@
 //! The driver stage: currents over time, chopper settings, microsteps, stop on stall, and the traffic on the
 //! motion bus. Seen at the TMC262's registers and at the rotor.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;

@@ -1,7 +1,7 @@
 //! The built-in and the external encoder: counting, prescalers, function bits, deviation supervision, and the
 //! reversed shaft (manual sections 6.2 and 6.3, parameters 209 to 218, global parameter 90).
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 /// An ABN encoder of 2 000 lines on a 200-step motor: 8 000 counts a turn, 6.4 microsteps each. So a prescaler of 6.4 *

@@ -1,7 +1,7 @@
 //! Lost answers on the motion bus, on all products. If one is lost, a command is none the worse, wherever that is. If
 //! three in a row are lost, the command is refused, and the motors do what they did before it.
 
-use crate::common::{Bench, NOT_AVAILABLE, OK};
+use common::{Bench, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm_sim::{Product, VirtualModule};
 

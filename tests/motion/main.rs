@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod axis;
-#[path = "../common/mod.rs"]
-mod common;
 mod driver;
 mod encoders;
 mod lost_answers;
 mod moves;
 mod ramps;
 mod rotation_ends;
+mod several_axes;
+mod six_point;
 mod soak;
 mod supervision;
 mod torque;

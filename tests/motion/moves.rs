@@ -1,6 +1,6 @@
 //! Moves that are changed or ended on their way, and positions that are overwritten.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 /// The TMC429 keeps running through a restart of the firmware: the first thing it is told is to stop.

@@ -2,7 +2,7 @@
 //! TMC429 datasheet (sections 8.1.10 and 8.1.13). With the default 256 microsteps a step of the chip turns
 //! the rotor by one unit of the world.
 
-use crate::common::Bench;
+use common::Bench;
 use embedded_hal::spi::SpiDevice;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};

@@ -2,7 +2,7 @@
 //! does not turn again by itself when the switch opens. Published host software waits for that 0. A positioning move
 //! keeps its target.
 
-use crate::common::{Bench, OK};
+use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm_sim::Product;
 

@@ -12,8 +12,8 @@ mod events;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
-use crate::common::Bench;
-use crate::common::random::Random;
+use common::Bench;
+use common::random::Random;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcm::units::Micros;

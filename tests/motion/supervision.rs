@@ -1,8 +1,8 @@
 //! Causes that stop the motor from outside: heartbeats, a low supply, a driver that has shut down.
 
-use crate::common::loose::{BROKEN, LooseBench};
-use crate::common::table::GLOBAL;
-use crate::common::{Bench, NOT_AVAILABLE, OK, telegram};
+use common::loose::{BROKEN, LooseBench};
+use common::table::GLOBAL;
+use common::{Bench, NOT_AVAILABLE, OK, telegram};
 use embedded_hal::spi::SpiDevice;
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};

@@ -1,7 +1,7 @@
 //! A motor turns as fast as its torque allows: what its current makes, and what the supply lets through. The limits
 //! here are worked out from the figures of the data sheet and from the formula alone.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::Product;
 

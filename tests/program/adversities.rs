@@ -1,8 +1,8 @@
 //! Programs when several things happen at once: protection, resets, failing stores, heartbeats, handlers that leave
 //! things behind.
 
-use crate::common::program::STORED;
-use crate::common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
+use common::program::STORED;
+use common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};

@@ -15,9 +15,9 @@ use tmcm::units::Micros;
 use tmcm::vm::{Errors, ProgramState, Registers};
 use tmcm_sim::native::{Simulated, parts};
 
-use crate::common::program::MEMORY;
-use crate::common::random::Random;
-use crate::common::random_command;
+use common::program::MEMORY;
+use common::random::Random;
+use common::random_command;
 
 /// Random programs in all, commands of each, and how many milliseconds each runs.
 const PROGRAMS: u32 = 500;

@@ -1,8 +1,8 @@
 //! Programs and the rest of the module: parameters, ports, coordinates and motion, what is stored, and the host that
 //! looks on (manual sections 3.6.5, 3.7 and 8.6).
 
-use crate::common::program::{RUNNING, STOPPED};
-use crate::common::{Bench, OK};
+use common::program::{RUNNING, STOPPED};
+use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm_sim::VirtualModule;

@@ -1,8 +1,8 @@
 //! The commands that control programs: start, stop, step, reset, download and what they report (manual sections
 //! 3.4.2, 3.7.38 and 5.1).
 
-use crate::common::program::{MEMORY, RESET, RUNNING, STEPPING, STOPPED, STORED, Status, command};
-use crate::common::{Bench, INVALID_VALUE, NOT_AVAILABLE, WRONG_TYPE};
+use common::program::{MEMORY, RESET, RUNNING, STEPPING, STOPPED, STORED, Status, command};
+use common::{Bench, INVALID_VALUE, NOT_AVAILABLE, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};

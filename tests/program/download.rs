@@ -1,7 +1,7 @@
 //! Downloads: where their commands go, whose link they belong to, and when they are durable (manual section 3.7.38).
 
-use crate::common::program::{MEMORY, STORED, command};
-use crate::common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_CHECKSUM};
+use common::program::{MEMORY, STORED, command};
+use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_CHECKSUM};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;

@@ -1,9 +1,9 @@
 //! The ends of a program, and its new starts by command 129, type 0, or RUN: on the virtual module and in the flash
 //! image.
 
-use crate::common::image_host::Host;
-use crate::common::program::{MEMORY, RUNNING, STOPPED};
-use crate::common::{Bench, OK};
+use common::image_host::Host;
+use common::program::{MEMORY, RUNNING, STOPPED};
+use common::{Bench, OK};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
 

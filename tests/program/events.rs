@@ -1,8 +1,8 @@
 //! Events at the edges of a program's life: while it stores, when it ends and starts again, when it is reset, and what
 //! is none.
 
-use crate::common::Bench;
-use crate::common::program::{RUNNING, STOPPED};
+use common::Bench;
+use common::program::{RUNNING, STOPPED};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm_sim::VirtualModule;
 

@@ -1,7 +1,7 @@
 //! The way of a program through its commands: jumps, subroutines, ends, and commands that fail (manual section 3.7).
 
-use crate::common::program::{MEMORY, STACK, STOPPED};
-use crate::common::{Bench, OK};
+use common::program::{MEMORY, STACK, STOPPED};
+use common::{Bench, OK};
 use hal_sim::clock::SECOND;
 
 // ---- jumps and subroutines

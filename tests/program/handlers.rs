@@ -1,6 +1,6 @@
 //! A module with three handlers that count what calls them: interrupts 39 to 41, raised by hand at the inputs 0 to 2.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::MILLISECOND;
 
 /// Where the handlers of interrupts 39, 40 and 41 are.

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::task::Poll;
 
-use crate::common::random::Random;
+use common::random::Random;
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use reference::{Machine, World};

@@ -1,9 +1,9 @@
 //! State that the handler of an interrupt finds, and that it leaves behind: registers, flags, stack, and the wait that
 //! it interrupts (manual section 3.6.6.2).
 
-use crate::common::Bench;
-use crate::common::program::{RUNNING, STACK};
 use crate::handlers::{HANDLERS, counts, idling, prepared, raise};
+use common::Bench;
+use common::program::{RUNNING, STACK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 // ---- context

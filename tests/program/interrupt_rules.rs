@@ -1,8 +1,8 @@
 //! Interrupts of programs: when a handler runs, and which comes first (manual sections 3.6.6.2 and 3.7.32 to 3.7.35).
 
-use crate::common::program::{MEMORY, RUNNING, STOPPED};
-use crate::common::{Bench, NOT_AVAILABLE, OK, WRONG_TYPE};
 use crate::handlers::{HANDLERS, counts, idling, prepared, raise, set_up};
+use common::program::{MEMORY, RUNNING, STOPPED};
+use common::{Bench, NOT_AVAILABLE, OK, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::VirtualModule;
 

@@ -1,7 +1,7 @@
 //! Interrupts of programs: what raises each of them (manual sections 3.6.6 and 5.4).
 
-use crate::common::Bench;
-use crate::common::program::RUNNING;
+use common::Bench;
+use common::program::RUNNING;
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::VirtualModule;
 

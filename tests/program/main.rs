@@ -5,8 +5,6 @@
 mod adversities;
 mod bursts;
 mod commands;
-#[path = "../common/mod.rs"]
-mod common;
 mod control;
 mod download;
 mod ends;

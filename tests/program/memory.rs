@@ -1,8 +1,8 @@
 //! Program memory over time: power cycles, downloads cut short, protection, start by itself, resets (manual sections
 //! 5.1 and 8.7).
 
-use crate::common::program::{MEMORY, RUNNING, STOPPED, STORED};
-use crate::common::{Bench, EEPROM_LOCKED, INVALID_VALUE, NOT_AVAILABLE, OK};
+use common::program::{MEMORY, RUNNING, STOPPED, STORED};
+use common::{Bench, EEPROM_LOCKED, INVALID_VALUE, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};

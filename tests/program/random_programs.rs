@@ -2,9 +2,9 @@
 //! microseconds of virtual time. There is no panic, and every direct-mode request is answered in time, with values in
 //! their range.
 
-use crate::common::random::Random;
-use crate::common::random_command::{LENGTH, command};
-use crate::common::{Bench, OK};
+use common::random::Random;
+use common::random_command::{LENGTH, command};
+use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use tmcm::module::Source;
 use tmcm::product::TMCM_1140;

@@ -1,6 +1,6 @@
 //! Accumulator, X register, arithmetic flags and error flags in programs (manual section 3.7).
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 // ---- calculating

@@ -1,8 +1,8 @@
 //! The end of program memory, which has another size on another product. Its last address can be loaded, read, started,
 //! jumped to, called and waited at, and may be a vector. The address behind it is refused, or ends the program.
 
-use crate::common::program::{STOPPED, command};
-use crate::common::{Bench, INVALID_VALUE, OK};
+use common::program::{STOPPED, command};
+use common::{Bench, INVALID_VALUE, OK};
 use hal_sim::clock::MILLISECOND;
 use tmcm_sim::Product;
 

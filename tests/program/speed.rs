@@ -1,8 +1,8 @@
 //! How fast a program runs: 128 plain commands a millisecond, or 8 that talk to the chips. Seen from outside by how far
 //! the program counter has got between two looks.
 
-use crate::common::Bench;
-use crate::common::program::MEMORY;
+use common::Bench;
+use common::program::MEMORY;
 use hal_sim::clock::MILLISECOND;
 use tmcm_sim::VirtualModule;
 

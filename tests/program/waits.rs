@@ -1,7 +1,7 @@
 //! The command WAIT in its five forms: how long it takes, its time-out and flag (manual section 3.7.22).
 
-use crate::common::program::{RUNNING, STOPPED, Status, TICK, spans};
-use crate::common::{Bench, OK};
+use common::program::{RUNNING, STOPPED, Status, TICK, spans};
+use common::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 /// The forms that wait for an event, and one that makes it happen; nothing of it does by itself.

@@ -1,9 +1,9 @@
 //! An EEPROM that keeps other bytes than it was given, that is silent, or that holds another firmware's data while that
 //! gives way to ours. Other tests are about numbers in its pages that have come to their end.
 
-use crate::common::program::STORED;
-use crate::common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
 use crate::pages::{PAGE, SETTINGS, seal};
+use common::program::STORED;
+use common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};

@@ -5,11 +5,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tmcm_sim::VirtualModule;
 
-use crate::common::bombardment::{ask, assert_sane, bombard};
-use crate::common::program::STORED;
-use crate::common::random::Random;
-use crate::common::{Bench, OK, random_inputs};
 use crate::pages::{FIRST_OF_SETTINGS, PAGE, PAGES, seal};
+use common::bombardment::{ask, assert_sane, bombard};
+use common::program::STORED;
+use common::random::Random;
+use common::{Bench, OK, random_inputs};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm_sim::client::Client;
@@ -47,64 +47,59 @@ fn left_behind() -> Vec<Vec<u8>> {
     images
 }
 
-impl Random {
-    fn fill(&mut self, bytes: &mut [u8]) {
-        bytes.fill_with(|| self.below(256) as u8);
-    }
+/// A page, of the settings as often as of the program.
+fn page(random: &mut Random) -> usize {
+    let first = if random.one_in(2) { FIRST_OF_SETTINGS } else { 0 };
+    first + random.below((PAGES - first) as u64) as usize
+}
 
-    /// A page, of the settings as often as of the program.
-    fn page(&mut self) -> usize {
-        let first = if self.one_in(2) { FIRST_OF_SETTINGS } else { 0 };
-        first + self.below((PAGES - first) as u64) as usize
-    }
-
-    /// Does something to an image that a write cut short, old age or another firmware does.
-    fn damage(&mut self, image: &mut [u8]) {
-        let number = self.page();
-        let other = self.page();
-        let copied = image[other * PAGE..][..PAGE].to_vec();
-        let page = &mut image[number * PAGE..][..PAGE];
-        let at = self.below(PAGE as u64) as usize;
-        match self.below(8) {
-            0 => page[at] ^= 1 << self.below(8),
-            1 => self.fill(page),
-            2 => page[at..].fill(self.pick(&[0x00, 0xFF, 0x55])),
-            3 => page[..at].fill(self.pick(&[0x00, 0xFF, 0x55])),
-            4 => page[at..].copy_from_slice(&copied[at..]),
-            5 => page.copy_from_slice(&copied),
-            6 => (0..=self.below(64))
-                .for_each(|_| image[self.below((PAGE * PAGES) as u64) as usize] ^= 1 << self.below(8)),
-            // A valid page with values that are none.
-            _ => {
-                let number = FIRST_OF_SETTINGS + self.below((PAGES - FIRST_OF_SETTINGS) as u64) as usize;
-                let page = &mut image[number * PAGE..][..PAGE];
-                page[3] = ((number - FIRST_OF_SETTINGS) / 2) as u8;
-                for value in page[4..PAGE - 4].chunks_exact_mut(4) {
-                    match self.below(4) {
-                        0 => self.fill(value),
-                        1 => value.copy_from_slice(&(self.below(300) as i32).to_be_bytes()),
-                        2 => value.copy_from_slice(&self.pick(&[-1, 0, 1, i32::MIN, i32::MAX]).to_be_bytes()),
-                        _ => {}
-                    }
+/// Does something to an image that a write cut short, old age or another firmware does.
+fn damage(random: &mut Random, image: &mut [u8]) {
+    let number = page(random);
+    let other = page(random);
+    let copied = image[other * PAGE..][..PAGE].to_vec();
+    let page = &mut image[number * PAGE..][..PAGE];
+    let at = random.below(PAGE as u64) as usize;
+    match random.below(8) {
+        0 => page[at] ^= 1 << random.below(8),
+        1 => random.fill(page),
+        2 => page[at..].fill(random.pick(&[0x00, 0xFF, 0x55])),
+        3 => page[..at].fill(random.pick(&[0x00, 0xFF, 0x55])),
+        4 => page[at..].copy_from_slice(&copied[at..]),
+        5 => page.copy_from_slice(&copied),
+        6 => (0..=random.below(64))
+            .for_each(|_| image[random.below((PAGE * PAGES) as u64) as usize] ^= 1 << random.below(8)),
+        // A valid page with values that are none.
+        _ => {
+            let number = FIRST_OF_SETTINGS + random.below((PAGES - FIRST_OF_SETTINGS) as u64) as usize;
+            let page = &mut image[number * PAGE..][..PAGE];
+            page[3] = ((number - FIRST_OF_SETTINGS) / 2) as u8;
+            for value in page[4..PAGE - 4].chunks_exact_mut(4) {
+                match random.below(4) {
+                    0 => random.fill(value),
+                    1 => value.copy_from_slice(&(random.below(300) as i32).to_be_bytes()),
+                    2 => value.copy_from_slice(&random.pick(&[-1, 0, 1, i32::MIN, i32::MAX]).to_be_bytes()),
+                    _ => {}
                 }
-                if self.one_in(4) {
-                    self.fill(&mut page[..3]);
-                }
-                seal(page);
             }
+            if random.one_in(4) {
+                random.fill(&mut page[..3]);
+            }
+            seal(page);
         }
     }
+}
 
-    fn image(&mut self, left_behind: &[Vec<u8>]) -> Vec<u8> {
-        let mut image = left_behind[self.below(left_behind.len() as u64) as usize].clone();
-        match self.below(12) {
-            0 => self.fill(&mut image),
-            1 => self.fill(&mut image[FIRST_OF_SETTINGS * PAGE..]),
-            2 => self.fill(&mut image[..FIRST_OF_SETTINGS * PAGE]),
-            _ => (0..=self.below(6)).for_each(|_| self.damage(&mut image)),
-        }
-        image
+/// An image that was left behind, and what may have been done to it.
+fn image(random: &mut Random, left_behind: &[Vec<u8>]) -> Vec<u8> {
+    let mut image = left_behind[random.below(left_behind.len() as u64) as usize].clone();
+    match random.below(12) {
+        0 => random.fill(&mut image),
+        1 => random.fill(&mut image[FIRST_OF_SETTINGS * PAGE..]),
+        2 => random.fill(&mut image[..FIRST_OF_SETTINGS * PAGE]),
+        _ => (0..=random.below(6)).for_each(|_| damage(random, &mut image)),
     }
+    image
 }
 
 /// Brings a module that may have started in ASCII mode, with a program that runs, with a heartbeat or without replies
@@ -165,7 +160,7 @@ fn random_images() {
     let left_behind = left_behind();
     for seed in 1..=random_inputs(300) {
         let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        let image = random.image(&left_behind);
+        let image = image(&mut random, &left_behind);
         let run = catch_unwind(AssertUnwindSafe(|| {
             let mut bench = Bench::with_eeprom(&image);
             settle(&mut bench);

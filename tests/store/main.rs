@@ -2,12 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod eeprom;
 mod eeprom_images;
 mod pages;
 mod power_cuts;
+mod products;
 mod program_power_cuts;
 mod reset_power_cuts;
 mod silent_eeprom;

@@ -2,7 +2,7 @@
 //! of storing commands. After the restart every setting has the old or the new value: the new one if the
 //! command was answered, and nothing else has changed.
 
-use crate::common::{Bench, OK};
+use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use std::ops::Range;
 use tmcm::module::Source;

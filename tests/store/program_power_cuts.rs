@@ -2,7 +2,7 @@
 //! because the protection against reading it is switched off. A half-finished download never runs as if whole,
 //! what has been hidden is never seen, and the settings stay as they were.
 
-use crate::common::{Bench, OK};
+use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};

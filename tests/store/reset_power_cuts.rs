@@ -2,8 +2,8 @@
 //! after the next start finds all settings as they were, or all of them as they come from the factory: never some of
 //! both.
 
-use crate::common::{Bench, OK, telegram};
 use crate::power_cuts::{read_all, settings};
+use common::{Bench, OK, telegram};
 use hal_sim::clock::{MILLISECOND, Nanos};
 use tmcm::module::Source;
 use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};

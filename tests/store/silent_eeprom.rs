@@ -1,9 +1,9 @@
 //! An EEPROM that does not answer: what is refused, and what is there again after the repair. And one full of contents
 //! that nobody knows.
 
-use crate::common::random::Random;
-use crate::common::table::{AXIS, GLOBAL, INTERRUPT, tables};
-use crate::common::{Bench, EEPROM_LOCKED, OK, telegram};
+use common::random::Random;
+use common::table::{AXIS, GLOBAL, INTERRUPT, tables};
+use common::{Bench, EEPROM_LOCKED, OK, telegram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm_sim::{Product, VirtualModule};

@@ -1,8 +1,8 @@
 //! Values that survive power-off, and when: settings through telegrams, the EEPROM's contents at the time of the reply,
 //! power cuts in between.
 
-use crate::common::table::{AXIS, GLOBAL, INTERRUPT};
-use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE, telegram};
+use common::table::{AXIS, GLOBAL, INTERRUPT};
+use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE, telegram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::Command;

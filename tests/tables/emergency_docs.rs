@@ -2,7 +2,7 @@
 
 use tmcm::canopen::{Emergency, Reaction};
 
-use crate::pages::compare;
+use common::pages::compare;
 
 /// The head of the table.
 const HEAD: &str = "| message | bytes | meaning | 1001h | the drive |\n|---|---|---|---|---|\n";

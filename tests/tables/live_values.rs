@@ -1,6 +1,6 @@
 //! Parameters that show what the module does: positions, speeds, switches, currents, loads, flags and encoders.
 
-use crate::common::{Bench, INVALID_VALUE};
+use common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 /// Parameter 0 is a move, 8 tells that it has ended, 1 where the motor is.

@@ -3,11 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod emergency_docs;
 mod live_values;
-mod pages;
 mod parameter_docs;
 mod parameters;
 mod rules;

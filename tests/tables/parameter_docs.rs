@@ -8,7 +8,7 @@ use tmcm::param::{Interrupt, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES
 
 use tmcm_sim::Product;
 
-use crate::pages::compare;
+use common::pages::compare;
 
 const HEAD: &str = "\
 Generated from the tables in `src/param` - do not edit. After a change there:

@@ -1,7 +1,7 @@
 //! Parameters through telegrams: what every row of the tables promises.
 
-use crate::common::table::{Table, tables};
-use crate::common::{Bench, INVALID_COMMAND, INVALID_VALUE, OK, WRONG_TYPE};
+use common::table::{Table, tables};
+use common::{Bench, INVALID_COMMAND, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::clock::SECOND;
 use tmcm::param::{Interrupt, Row};
 use tmcm::tmcl::Command;

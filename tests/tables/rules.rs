@@ -1,7 +1,7 @@
 //! Parameters with rules of their own: modes, divisors, timers, numbers at random, the silence, and the addresses of
 //! the links.
 
-use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
+use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;

@@ -6,7 +6,7 @@ use hal_sim::board::TMCM_1140;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::motor::FULL_TORQUE;
 
-use crate::pages::compare;
+use common::pages::compare;
 
 /// The place of the curves in the image, in pixels.
 const LEFT: f64 = 60.0;

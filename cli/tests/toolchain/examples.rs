@@ -7,7 +7,7 @@ mod six_points;
 use std::path::{Path, PathBuf};
 use tmcm_sim::{NativeModule, Product, VirtualModule};
 
-use crate::common::{Bench, INVALID_VALUE};
+use common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::State;
 use hal_sim::world::config::WorldConfig;

@@ -4,15 +4,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../../../tests/common/mod.rs"]
-mod common;
 mod examples;
 mod object_docs;
 mod object_notes;
-#[path = "../../../tests/tables/pages.rs"]
-mod pages;
-#[path = "../../../tests/skipping/pair.rs"]
-#[expect(dead_code, reason = "scenarios have hosts of their own")]
-mod pair;
 mod scenarios;
 mod skipping;

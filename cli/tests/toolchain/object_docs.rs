@@ -7,7 +7,7 @@ use tmcl_tools::eds;
 use tmcm::canopen::{Access, Initial, Kind, Mapping, Object, ROWS, Row, Storage, Type, When};
 
 use crate::object_notes::note;
-use crate::pages::compare;
+use common::pages::compare;
 
 const HEAD: &str = "\
 # Objects

@@ -7,7 +7,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use crate::common::image;
+use common::image;
 use tmcl_cli::testing;
 use tmcm_sim::look::Look;
 use tmcm_sim::scenario::suite::{self, File, News, Report, Start};

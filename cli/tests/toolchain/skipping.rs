@@ -12,7 +12,7 @@ use tmcm_sim::scenario::suite::{self, Report, Start};
 use tmcm_sim::scenario::{Case, Rig, Stand};
 use tmcm_sim::{Model, NativeModule};
 
-use crate::pair::seen;
+use common::pair::seen;
 
 /// The modules, each with its hosts; the first one leaves polls out.
 struct Twins([Stand<NativeModule>; 2]);

@@ -2,9 +2,9 @@
 
 use super::{control, enter, execute, parsed, refused, rig, tmcl, value};
 use crate::driving::SWITCH_ON_DISABLED;
-use crate::random::Random;
 use crate::rig::Rig;
 use crate::sdo::{LENGTH, TOO_LONG, TOO_SHORT, write_in_segments};
+use common::random::Random;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm_sim::native::{FirmwareKind, Model};
 

@@ -1,6 +1,6 @@
 //! When the motor current changes.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::SECOND;
 
 /// The poll, counted from the first in which the motor stands, in which `done` is true first.

@@ -1,7 +1,7 @@
 //! When a move ends, at its target or before it.
 
-use crate::common::Bench;
-use crate::common::loose::LooseBench;
+use common::Bench;
+use common::loose::LooseBench;
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 /// Number of polls after which the state of a switch counts.

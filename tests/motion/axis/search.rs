@@ -1,7 +1,7 @@
 //! Reference search: when its legs end, and what disturbs them.
 
-use crate::common::Bench;
-use crate::common::loose::LooseBench;
+use common::Bench;
+use common::loose::LooseBench;
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;

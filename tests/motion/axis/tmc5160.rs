@@ -1,6 +1,6 @@
 //! A TMC5160 to the turn: when what was read of it is younger than what it was told.
 
-use crate::common::Bench;
+use common::Bench;
 use hal_sim::clock::SECOND;
 use tmcm::tmcl::Command;
 use tmcm_sim::Product;

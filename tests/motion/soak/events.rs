@@ -1,8 +1,8 @@
 //! Events in a life: moves, searches, programs, faults, and cuts of the power.
 
 use super::{HOME, LEFT, Life, RIGHT};
-use crate::common::program::TICK;
-use crate::common::{Bench, NOT_AVAILABLE};
+use common::program::TICK;
+use common::{Bench, NOT_AVAILABLE};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{binary, text};
