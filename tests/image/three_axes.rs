@@ -6,13 +6,13 @@ use common::image_host::{Host, THREE_AXES, assert_logged};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm_sim::native::Product;
 
-/// 20000 microsteps/s are 20000 * 2^24 / 16 MHz = 20 971 units of a TMC5160; version 1.05.
+/// 20000 microsteps/s are 20000 * 2^24 / 16 MHz = 20 972 units of a TMC5160, 40000 are 41 943; version 1.05.
 const TMCM_3212: Sister = Sister {
     image: THREE_AXES,
     product: Product::Tmcm3212,
     version: 3212 << 16 | 1 << 8 | 5,
     name: b"3212V105",
-    speed: (20_000, 20_971),
+    speed: (20_000, 20_972),
     stalling: (40_000, 41_943),
     stop_on_stall: 20_000,
     ramp: SECOND,
