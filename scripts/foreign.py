@@ -18,9 +18,11 @@ PREFIX = Path(__file__).resolve().parents[1] / "target/wine"
 
 
 def kind(program: bytes) -> str:
-    """What a program is for: "x86_64" or "aarch64" for one of Linux, "windows", or "unknown"."""
+    """What a program is for: "x86_64" or "aarch64" for one of Linux, "windows", "macos", or "unknown"."""
     if program[:4] == b"\x7fELF":
         return MACHINES.get(struct.unpack_from("<H", program, 18)[0], "unknown")
+    if program[:4] == b"\xcf\xfa\xed\xfe":
+        return "macos"
     return "windows" if program[:2] == b"MZ" else "unknown"
 
 
@@ -33,7 +35,7 @@ def runner(program: Path) -> tuple[str, list[str], dict[str, str]]:
     if what == "aarch64":
         return "by qemu", [_needed("qemu-aarch64", "qemu-user")], environment
     if what != "windows":
-        sys.exit(f"{program} is a program of an unknown kind, which cannot be run here")
+        sys.exit(f"{program} is a program of a kind that cannot be run here: {what}")
     compiler = _needed("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64")
     library = program.parent / "bcryptprimitives.dll"
     subprocess.run([compiler, "-shared", "-o", library, RANDOM, "-ladvapi32"], check=True)

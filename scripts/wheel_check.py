@@ -7,6 +7,7 @@ The program has to be stripped, to need no library and no loader of the computer
 which folder it was built.
 """
 
+import hashlib
 import os
 import re
 import struct
@@ -50,10 +51,15 @@ PT_DYNAMIC, PT_INTERP = 2, 3
 DT_NULL, DT_NEEDED = 0, 1
 SHT_SYMTAB = 2
 
+# Of the Mach-O format: commands in its header, and a processor.
+LC_LOAD_DYLIB, LC_CODE_SIGNATURE = 0xC, 0x1D
+CPU_ARM64 = 0x0100000C
+
 
 def faults_of_the_program(program: bytes) -> list[str]:
     """What a program has that one which runs anywhere has not."""
-    faults = faults_for_windows(program) if foreign.kind(program) == "windows" else faults_for_linux(program)
+    kinds = {"windows": faults_for_windows, "macos": faults_for_mac}
+    faults = kinds.get(foreign.kind(program), faults_for_linux)(program)
     faults += [f"it has a path of the computer on which it was built: {path}" for path in paths_of_the_build(program)]
     return faults
 
@@ -80,6 +86,43 @@ def faults_for_windows(program: bytes) -> list[str]:
         if not SYSTEM.match(text(name)):
             faults.append(f"it needs the library {text(name)}")
     return faults
+
+
+def faults_for_mac(program: bytes) -> list[str]:
+    """What a Mach-O file of 64 bits has that one which runs on each Mac has not, and a signature that is not its own."""
+    faults, at, is_signed = [], 32, False
+    processor, commands = struct.unpack_from("<I8xI", program, 4)
+    for _ in range(commands):
+        command, size = struct.unpack_from("<II", program, at)
+        if command == LC_LOAD_DYLIB:
+            library = program[at + struct.unpack_from("<I", program, at + 8)[0] : at + size].rstrip(b"\0").decode()
+            if not library.startswith(("/usr/lib/", "/System/Library/Frameworks/")):
+                faults.append(f"it needs the library {library}")
+        elif command == LC_CODE_SIGNATURE:
+            is_signed = True
+            start, length = struct.unpack_from("<II", program, at + 8)
+            faults += faults_of_the_signature(program, program[start : start + length])
+        at += size
+    if processor == CPU_ARM64 and not is_signed:
+        faults.append("it has no signature, without which no program runs on Apple silicon")
+    return faults
+
+
+def faults_of_the_signature(program: bytes, signature: bytes) -> list[str]:
+    """What a signature without an author says wrongly: it has a sum of each page of the file before it."""
+    count = struct.unpack_from(">I", signature, 8)[0]
+    blobs = [struct.unpack_from(">II", signature, 12 + 8 * number) for number in range(count)]
+    directory = signature[next(at for slot, at in blobs if slot == 0) :]
+    sums_at, _, _, pages, end = struct.unpack_from(">IIIII", directory, 16)
+    size, kind, _, page = struct.unpack_from(">BBBB", directory, 36)
+    if (size, kind) != (32, 2):
+        return ["its signature has no sums by SHA-256"]
+    for number in range(pages):
+        content = program[number << page : min((number + 1) << page, end)]
+        at = sums_at + size * number
+        if hashlib.sha256(content).digest() != directory[at : at + size]:
+            return [f"its signature is not that of its page {number}"]
+    return []
 
 
 def faults_for_linux(elf: bytes) -> list[str]:
